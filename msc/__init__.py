@@ -1,0 +1,1 @@
+"""Parameterized skills by manifold clustering."""
