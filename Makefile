@@ -1,0 +1,76 @@
+# Everything a reader or a contributor runs. `make` alone lists the targets.
+
+SHELL := bash
+.SHELLFLAGS := -eu -o pipefail -c
+.DEFAULT_GOAL := help
+
+PYTHON ?= $(shell command -v python3.11 || command -v python3 || echo python3)# makes .venv
+PROFILE ?= quick# or full: how much the chapters compute
+JOBS ?= 2# processes at a time
+PORT ?= 8000# of `make serve`
+
+VENV := .venv
+BIN := $(VENV)/bin/python
+STAMP := $(VENV)/installed
+INDEX := _build/html/index.html
+NOTEBOOKS := $(wildcard book/*.ipynb)
+
+python_version = $(or $(shell "$(PYTHON)" -c 'import sys; print("%d.%d" % sys.version_info[:2])' 2>/dev/null),missing)
+
+.PHONY: help book test lint serve lab data bench lock clean
+
+help: ## list the targets
+	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-7s %s\n", $$1, $$2 }' Makefile
+
+book: $(STAMP) ## execute the chapters and build the book (PROFILE=quick, JOBS=2)
+	@$(BIN) -m msc book --profile $(PROFILE) --jobs $(JOBS)
+
+test: $(STAMP) ## run all tests
+	@$(BIN) -m pytest
+
+lint: $(STAMP) ## check style, types, docstrings, and that notebooks carry no outputs
+	@$(BIN) -m ruff check
+	@$(BIN) -m ruff format --check
+	@$(BIN) -m mypy
+	@$(BIN) -m numpydoc lint msc/*.py
+	@$(if $(NOTEBOOKS),$(BIN) -m nbstripout --verify $(NOTEBOOKS))
+
+serve: $(STAMP) ## show the built book on localhost (PORT=8000)
+	@test -f $(INDEX) || $(MAKE) --no-print-directory book
+	@echo "The book is at http://localhost:$(PORT) until Ctrl-C."
+	@$(BIN) -m http.server $(PORT) --bind 127.0.0.1 --directory _build/html
+
+lab: $(STAMP) ## open the repository in JupyterLab
+	@$(BIN) -m jupyterlab
+
+data: $(STAMP) ## search every policy in data/ again, resuming where it stopped
+	$(BIN) -m msc search --workspace free --tasks 72 --jobs $(JOBS) --out data/free.csv
+	$(BIN) -m msc search --workspace obstacles --tasks 72 --jobs $(JOBS) --out data/obstacles.csv
+
+bench: $(STAMP) ## measure the speed of each part against a reference
+	@$(BIN) benchmarks/bench.py
+
+lock: $(STAMP) ## resolve requirements.in anew into requirements.txt
+	@CUSTOM_COMPILE_COMMAND="make lock" $(BIN) -m piptools compile --quiet \
+		--no-emit-index-url --no-emit-find-links --strip-extras requirements.in
+
+clean: ## remove everything built, but not .venv
+	@rm -rf _build .mypy_cache .pytest_cache .ruff_cache .hypothesis
+
+# The environment: exactly the lock, made anew whenever the lock changes.
+$(STAMP): requirements.txt
+	$(if $(filter 3.11,$(python_version)),,$(error msc needs Python 3.11, the newest \
+		that PyBullet supports, but $(PYTHON) is $(python_version): install it, or \
+		name it with make PYTHON=/path/to/python3.11))
+	@echo "Making $(VENV) from requirements.txt (a few minutes, once)"
+	@"$(PYTHON)" -m venv --clear $(VENV)
+	@total=$$(grep -c '^[^ #]' requirements.txt); n=0; \
+	{ PYTHONUNBUFFERED=1 $(BIN) -m pip install -r requirements.txt 2>&1; } \
+	| tee $(VENV)/pip.log | while read -r word rest; do case $$word in \
+		Collecting|Processing) n=$$((n + 1)); \
+			(( n % 30 )) || echo "  found $$n of $$total packages";; \
+		Installing) echo "  installing $$total packages";; \
+	esac; done || { grep -v ^WARNING $(VENV)/pip.log | tail -n 12 >&2; exit 1; }
+	@$(BIN) -m pip install --quiet --no-deps --editable . 2>>$(VENV)/pip.log \
+	|| { tail -n 12 $(VENV)/pip.log >&2; exit 1; }
+	@touch $(STAMP)

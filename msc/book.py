@@ -1,0 +1,187 @@
+"""Build the book: execute its chapters, lay out a staging folder, render it as HTML.
+
+Everything happens under `_build/`: `cache/` keeps the runs of chapters, `stage/` what
+Jupyter Book reads, `html/` the finished book. The last one is replaced only when a
+whole new book is ready.
+"""
+
+import json
+import os
+import re
+import shutil
+from importlib.metadata import distribution
+from pathlib import Path
+from typing import Any
+
+import yaml
+
+from msc.chapters import BookError, Chapter, run_chapters, run_tool
+from msc.notebook import declared_parameters, read_notebook, write_notebook
+
+PROFILES = ("quick", "full")
+
+# The package of the lock that carries MathJax: the book needs no network.
+MATHJAX = "sphinx-mathjax-offline"
+
+
+def build_book(
+    *, profile: str = "quick", jobs: int = 2, root: Path | None = None
+) -> Path:
+    """Execute the chapters that changed and render the book.
+
+    Parameters
+    ----------
+    profile : {"quick", "full"}, default "quick"
+        How much the chapters compute; given to each that declares it.
+    jobs : int, default 2
+        How many chapters are executed at a time.
+    root : Path, optional
+        The repository; the working directory by default.
+
+    Returns
+    -------
+    Path
+        The book's index page.
+
+    Raises
+    ------
+    ValueError
+        If `profile` or `jobs` makes no sense.
+    FileNotFoundError
+        If `root` holds no book, or the book lacks a page of its table of contents.
+    BookError
+        If a chapter fails or a page does not render without a warning. An earlier book
+        in `_build/html` is left as it was.
+
+    Notes
+    -----
+    The seconds that each chapter took are in `_build/chapters.json`, not in the book,
+    whose bytes depend on nothing but the repository.
+    """
+    if profile not in PROFILES:
+        raise ValueError(f"profile must be 'quick' or 'full', not {profile!r}")
+    root = (root or Path.cwd()).resolve()
+    build = root / "_build"
+    parameters = {
+        page: {"profile": profile}
+        if "profile" in declared_parameters(read_notebook(page))
+        else {}
+        for page in pages(root)
+        if page.suffix == ".ipynb"
+    }
+    chapters = run_chapters(parameters, root=root, cache=build / "cache", jobs=jobs)
+    _stage(root, build / "stage", chapters)
+    rendered = _render(build / "stage")
+    html = build / "html"
+    shutil.rmtree(html, ignore_errors=True)
+    rendered.rename(html)
+    seconds = {chapter.name: chapter.seconds for chapter in chapters}
+    (build / "chapters.json").write_text(json.dumps(seconds, indent=2) + "\n")
+    return html / "index.html"
+
+
+def pages(root: Path) -> list[Path]:
+    """Return the sources of all pages in the order of the table of contents.
+
+    Parameters
+    ----------
+    root : Path
+        Repository: `_toc.yml` names pages of its folder `book/`, without endings.
+
+    Returns
+    -------
+    list of Path
+        Notebooks and Markdown files.
+
+    Raises
+    ------
+    FileNotFoundError
+        If there is no table of contents, or a page is missing.
+    """
+    toc = root / "_toc.yml"
+    if not toc.exists():
+        raise FileNotFoundError(f"{root} holds no book: it has no _toc.yml")
+    found = []
+    for name in _page_names(yaml.safe_load(toc.read_text(encoding="utf-8"))):
+        sources = [root / "book" / f"{name}{ending}" for ending in (".ipynb", ".md")]
+        existing = [source for source in sources if source.exists()]
+        if not existing:
+            raise FileNotFoundError(
+                f"_toc.yml lists {name}, but book/ has no {name}.ipynb or {name}.md"
+            )
+        found.append(existing[0])
+    return found
+
+
+def substitutions(root: Path) -> dict[str, Any]:
+    """Collect the numbers that prose may quote.
+
+    Parameters
+    ----------
+    root : Path
+        Repository: the files `data/results/*.json` count.
+
+    Returns
+    -------
+    dict from str to number, string or bool
+        Nested names are joined by underscores, the file's own first: `single.mse` in
+        `fig3.json` becomes `fig3_single_mse`, and a page writes
+        `{{ fig3_single_mse }}`.
+    """
+    flat: dict[str, Any] = {}
+
+    def collect(name: str, value: Any) -> None:
+        if isinstance(value, dict | list):
+            pairs = value.items() if isinstance(value, dict) else enumerate(value)
+            for key, item in pairs:
+                collect(f"{name}_{key}".replace("-", "_").replace(".", "_"), item)
+        else:
+            flat[name] = value
+
+    for file in sorted(root.glob("data/results/*.json")):
+        collect(
+            file.stem.replace("-", "_"), json.loads(file.read_text(encoding="utf-8"))
+        )
+    return flat
+
+
+def _page_names(toc: Any) -> list[str]:
+    """List the pages named anywhere in a table of contents, in order."""
+    if isinstance(toc, list):
+        return [name for item in toc for name in _page_names(item)]
+    if not isinstance(toc, dict):
+        return []
+    own = [toc[key] for key in ("root", "file") if key in toc]
+    return own + [name for value in toc.values() for name in _page_names(value)]
+
+
+def _stage(root: Path, stage: Path, chapters: list[Chapter]) -> None:
+    """Lay out what Jupyter Book reads: the executed book, and the data."""
+    shutil.rmtree(stage, ignore_errors=True)
+    ignore = shutil.ignore_patterns("*.ipynb", "*.partial*", ".*")
+    for folder in ("book", "data"):
+        if (root / folder).exists():
+            shutil.copytree(root / folder, stage / folder, ignore=ignore)
+    for chapter in chapters:
+        write_notebook(chapter.notebook, stage / "book" / f"{chapter.name}.ipynb")
+    config = yaml.safe_load((root / "_config.yml").read_text(encoding="utf-8"))
+    config.setdefault("parse", {})["myst_substitutions"] = substitutions(root)
+    (stage / "book" / "_config.yml").write_text(yaml.safe_dump(config))
+    shutil.copy(root / "_toc.yml", stage / "book")
+
+
+def _render(stage: Path) -> Path:
+    """Render the staged book, without executing anything, and return its folder."""
+    arguments: list[str | Path] = ["build", stage / "book", "--path-output", stage]
+    arguments += ["-W", "-n", "--keep-going", "--quiet"]
+    result = run_tool("jupyter_book.cli.main:main", arguments, PYTHONHASHSEED="0")
+    html = stage / "_build" / "html"
+    if result.returncode != 0 or not (html / "index.html").exists():
+        said = re.sub(r"\x1b\[[0-9;]*m", "", result.stderr or result.stdout)
+        said = said.replace(f"{stage}{os.sep}", "")
+        raise BookError(f"the book did not render:\n{said.strip()}")
+    script = f"{MATHJAX}/static/mathjax/tex-svg-full.js"
+    target = html / "_static" / "mathjax"
+    target.mkdir(exist_ok=True)
+    shutil.copy(str(distribution(MATHJAX).locate_file(script)), target)
+    return html

@@ -1,0 +1,200 @@
+"""Dynamic Movement Primitives (Eqs. 5-8): a policy -> a path of the end effector.
+
+In the paper's letters, per dimension (dots restored):
+
+    κ v̇ = K (g - x) - Q v + (g - x₀) f(s)      Eq. 5
+    κ ẋ = v                                     Eq. 6
+    f(s) = Σ wᵢ ψᵢ(s) / Σ ψᵢ(s),  κ ṡ = -α s    Eq. 7
+    ψᵢ(s) = exp(-hᵢ (s - cᵢ)²)                  Eq. 8
+
+The equations are linear in the weights, so x(t) = x₀ + (g - x₀) (a(t) + B(t) w): the
+response ``a`` of the spring and the responses ``B`` of the basis functions are
+integrated once, and every path after that is one matrix product.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.integrate import solve_ivp
+
+
+@dataclass(frozen=True)
+class DMP:
+    """A planar Dynamic Movement Primitive.
+
+    Parameters
+    ----------
+    spring : float, default=16.0
+        K, the spring constant (1/s² at unit `time_scale`). Slow on purpose: about a
+        tenth of the way is left after one second unless the policy supplies it.
+    damping : float, optional
+        Q, the damping. By default critical, ``2 * sqrt(spring)``.
+    time_scale : float, default=1.0
+        κ, the factor by which the movement is slowed down.
+    alpha : float, default=log(100)
+        α, the decay of the phase, which falls from 1 to 1/100 in one second.
+    n_basis : int, default=3
+        Basis functions per dimension, evenly spaced in time.
+    gated : bool, default=False
+        Multiply f by the phase s, as is usual but not as Eq. 7 is printed. Without it
+        f does not vanish at the end, and the weights move the end point.
+
+    Raises
+    ------
+    ValueError
+        If a constant is not positive or there are fewer than two basis functions.
+
+    Examples
+    --------
+    >>> path = DMP().path(np.zeros(6), start=[0, 0], goal=[1, 2], times=[0.0, 1.0, 9.0])
+    >>> path.round(3)
+    array([[0.   , 0.   ],
+           [0.908, 1.817],
+           [1.   , 2.   ]])
+    """
+
+    spring: float = 16.0
+    damping: float | None = None
+    time_scale: float = 1.0
+    alpha: float = math.log(100)
+    n_basis: int = 3
+    gated: bool = False
+
+    def __post_init__(self) -> None:
+        """Refuse constants for which the equations make no movement."""
+        for name in ("spring", "damping", "time_scale", "alpha"):
+            value = getattr(self, name)
+            if value is not None and not (value > 0 and math.isfinite(value)):
+                raise ValueError(f"{name}={value}; wanted a positive number")
+        if self.n_basis < 2:
+            raise ValueError(f"n_basis={self.n_basis}; wanted at least 2")
+
+    @property
+    def n_params(self) -> int:
+        """Length of a policy: the weights of both dimensions."""
+        return 2 * self.n_basis
+
+    def path(
+        self, policy: ArrayLike, start: ArrayLike, goal: ArrayLike, times: ArrayLike
+    ) -> NDArray[np.float64]:
+        """Trace the movement that a policy describes.
+
+        Parameters
+        ----------
+        policy : array_like of shape (n_params,) or (n_policies, n_params)
+            Weights of Eq. 7, those of x before those of y.
+        start, goal : array_like of shape (2,) or (n_policies, 2)
+            Where the movement starts and where the spring pulls (m).
+        times : array_like of shape (n_times,)
+            Ascending times from the start (s).
+
+        Returns
+        -------
+        ndarray of shape (n_times, 2) or (n_policies, n_times, 2)
+            Positions (m).
+
+        Raises
+        ------
+        ValueError
+            If the policy has another length or is not finite.
+        """
+        weights = check_policies(policy, self.n_params)
+        pull, basis = _responses(self, tuple(np.asarray(times, dtype=float).tolist()))
+        weights = weights.reshape(*weights.shape[:-1], 2, self.n_basis)
+        shape = pull[:, None] + np.einsum("tb,...db->...td", basis, weights)
+        start = np.asarray(start, dtype=float)[..., None, :]
+        goal = np.asarray(goal, dtype=float)[..., None, :]
+        return np.asarray(start + (goal - start) * shape)
+
+    def forcing_basis(self, phase: ArrayLike) -> NDArray[np.float64]:
+        """Evaluate the normalised basis functions.
+
+        Parameters
+        ----------
+        phase : array_like of shape (n_times,)
+            The phase s.
+
+        Returns
+        -------
+        ndarray of shape (n_times, n_basis)
+            ψᵢ / Σ ψ, times s if gated.
+        """
+        s = np.asarray(phase, dtype=float)[:, None]
+        c = np.exp(-self.alpha * np.arange(self.n_basis) / (self.n_basis - 1))
+        h = 1 / np.diff(c) ** 2
+        psi = np.exp(-np.append(h, h[-1]) * (s - c) ** 2)  # Eq. 8
+        f = psi / psi.sum(axis=1, keepdims=True)  # Eq. 7
+        return np.asarray(f * s if self.gated else f)
+
+
+def check_policies(policy: ArrayLike, n_params: int) -> NDArray[np.float64]:
+    """Return the policy or policies as floats, or say what is wrong with them.
+
+    Parameters
+    ----------
+    policy : array_like of shape (n_params,) or (n_policies, n_params)
+        What was given.
+    n_params : int
+        The length that is wanted.
+
+    Returns
+    -------
+    ndarray
+        The same numbers.
+
+    Raises
+    ------
+    ValueError
+        If the shape is another or a number is not finite.
+
+    Examples
+    --------
+    >>> check_policies([0, 1], n_params=6)
+    Traceback (most recent call last):
+    ...
+    ValueError: policy has shape (2,); wanted (6,) or (n_policies, 6)
+    """
+    policies = np.asarray(policy, dtype=float)
+    if policies.ndim not in (1, 2) or policies.shape[-1] != n_params:
+        raise ValueError(
+            f"policy has shape {policies.shape}; wanted ({n_params},) or "
+            f"(n_policies, {n_params})"
+        )
+    if not np.isfinite(policies).all():
+        raise ValueError("policy has NaN or infinite weights; wanted finite numbers")
+    return policies
+
+
+@lru_cache(maxsize=32)
+def _responses(
+    dmp: DMP, times: tuple[float, ...]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Integrate the spring's response (n_times,) and the basis' (n_times, n_basis)."""
+    damping = 2 * math.sqrt(dmp.spring) if dmp.damping is None else dmp.damping
+    n = 1 + dmp.n_basis
+
+    def rates(time: float, state: NDArray[np.float64]) -> NDArray[np.float64]:
+        x, v = state[:n], state[n:]
+        s = math.exp(-dmp.alpha * time / dmp.time_scale)
+        force = np.append(dmp.spring, dmp.forcing_basis([s])[0])
+        dv = force - dmp.spring * x - damping * v  # Eq. 5, one row per response
+        return np.concatenate([v, dv]) / dmp.time_scale  # Eq. 6
+
+    if not times or times[0] < 0 or any(np.diff(times) <= 0):
+        raise ValueError("times: wanted ascending times, none before 0")
+    solution = solve_ivp(
+        rates,
+        (0.0, max(times[-1], 1e-9)),
+        np.zeros(2 * n),
+        method="DOP853",
+        t_eval=times,
+        rtol=1e-10,
+        atol=1e-12,
+    )
+    x = solution.y[:n].T
+    return x[:, 0], x[:, 1:]

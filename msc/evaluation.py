@@ -1,0 +1,423 @@
+"""What the chapters measure: one experiment, its methods, their errors, compared."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike, NDArray
+from scipy.stats import bootstrap
+from sklearn.dummy import DummyRegressor
+from sklearn.neighbors import KNeighborsRegressor
+
+from msc.arm import Arm
+from msc.jumps import find_jumps
+from msc.search import cost
+from msc.skill import ParameterizedSkill
+from msc.smce import SMCE
+from msc.tables import load_dataset
+from msc.workspace import Workspace
+
+PROFILES = {"quick": 1_000, "full": 20_000}  # bootstrap resamples
+READINGS = ("gate learned", "chart known", "away from jumps")
+
+
+def take_evenly(tasks: ArrayLike, n_samples: int) -> NDArray[np.intp]:
+    """Pick tasks evenly spaced over the circle, each the nearest there is.
+
+    Parameters
+    ----------
+    tasks : array_like of shape (n_tasks, 1) or (n_tasks,)
+        Ascending task angles in [0, 2π) (rad).
+    n_samples : int
+        How many to pick.
+
+    Returns
+    -------
+    ndarray of shape (n_samples,)
+        Their indices, ascending.
+
+    Raises
+    ------
+    ValueError
+        If a task would be picked twice, or fewer than two are asked for.
+
+    Examples
+    --------
+    >>> take_evenly(np.linspace(0, 2 * np.pi, 12, endpoint=False), 4)
+    array([0, 3, 6, 9])
+    """
+    angles = np.asarray(tasks, dtype=float).reshape(-1)
+    if not isinstance(n_samples, int | np.integer) or n_samples < 2:
+        raise ValueError(f"n_samples={n_samples!r}; wanted a whole number from 2 on")
+    wanted = angles[0] + 2 * np.pi * np.arange(n_samples) / n_samples
+    chosen = np.abs(angles - wanted[:, None]).argmin(axis=1)
+    if len(np.unique(chosen)) < n_samples:
+        raise ValueError(
+            f"n_samples={n_samples} takes some of the {len(angles)} tasks twice; "
+            f"wanted at most {len(angles)}"
+        )
+    return chosen
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """The mean of one method's errors over that of another's, on the same tasks.
+
+    The interval is a paired bootstrap over the test tasks, at 95 %. It covers which
+    tasks are tested, not which were trained on, nor another world.
+    """
+
+    measure: str
+    method: str
+    baseline: str
+    ratio: float
+    low: float
+    high: float
+
+    @property
+    def verdict(self) -> str:
+        """Whether the interval lies below one, above one or includes it."""
+        if self.high < 1:
+            return "lower"
+        return "higher" if self.low > 1 else "undecided"
+
+    def __str__(self) -> str:
+        """Say it in a sentence."""
+        return (
+            f"{self.measure}: {self.method} is {self.ratio:.2f} times {self.baseline} "
+            f"(95 % interval {self.low:.2f} to {self.high:.2f}): {self.verdict}"
+        )
+
+    __repr__ = __str__
+
+
+def compare(
+    measure: str,
+    errors: pd.DataFrame,
+    method: str,
+    baseline: str,
+    *,
+    n_resamples: int = 1_000,
+    seed: int = 0,
+) -> Comparison:
+    """Compare the mean errors of two methods.
+
+    Parameters
+    ----------
+    measure : str
+        What the errors are, for the sentence.
+    errors : DataFrame
+        One column a method, one row a test task.
+    method, baseline : str
+        The columns whose means are divided, the first by the second.
+    n_resamples : int, default=1000
+        Bootstrap resamples.
+    seed : int, default=0
+        Seed of the resampling.
+
+    Returns
+    -------
+    Comparison
+        The ratio and its interval.
+
+    Examples
+    --------
+    >>> errors = pd.DataFrame({"a": [1.0, 2.0, 3.0], "b": [2.0, 4.0, 6.0]})
+    >>> compare("error", errors, "a", "b").ratio
+    0.5
+    """
+    pairs = errors[[method, baseline]].to_numpy().T
+
+    def ratio(top: Any, bottom: Any, axis: int) -> Any:
+        return top.mean(axis=axis) / bottom.mean(axis=axis)
+
+    interval = bootstrap(
+        tuple(pairs),
+        ratio,
+        paired=True,
+        n_resamples=n_resamples,
+        method="percentile",
+        rng=np.random.default_rng(seed),
+    ).confidence_interval
+    value = float(ratio(*pairs, axis=0))
+    return Comparison(
+        measure, method, baseline, value, float(interval.low), float(interval.high)
+    )
+
+
+class Experiment:
+    """One world, one training set, all methods, tested on tasks off the grid.
+
+    Parameters
+    ----------
+    name : {"free", "obstacles"}
+        The workspace and its data.
+    n_samples : int
+        Training tasks, evenly spaced over the circle.
+    n_charts : int or None, default=4
+        Charts, as the paper's figures have them; None leaves it to the elbow.
+    profile : {"quick", "full"}, default="quick"
+        How many bootstrap resamples an interval rests on.
+    seed : int, default=0
+        Seed of the clustering and the resampling.
+
+    Attributes
+    ----------
+    tasks, policies : ndarray of shape (n_grid, 1) and (n_grid, n_params)
+        All grid tasks (rad) and their policies.
+    chosen : ndarray of shape (n_samples,)
+        Indices of those trained on.
+    test_tasks, test_policies : ndarray
+        The tasks tested on, never trained on.
+    jumps : ndarray of int
+        Where the policies jump from one grid task to the next.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not as wanted.
+    """
+
+    def __init__(
+        self,
+        name: str,
+        *,
+        n_samples: int,
+        n_charts: int | None = 4,
+        profile: str = "quick",
+        seed: int = 0,
+    ) -> None:
+        if profile not in PROFILES:
+            raise ValueError(f"profile={profile!r}; wanted 'quick' or 'full'")
+        self.workspace = Workspace.named(name)
+        self.n_charts, self.seed = n_charts, seed
+        self.n_resamples = PROFILES[profile]
+        self.tasks, self.policies, self.table = load_dataset(name)
+        test = load_dataset(f"{name}_test")
+        self.test_tasks, self.test_policies, self.test_table = test
+        self.chosen = take_evenly(self.tasks, n_samples)
+        self.jumps = find_jumps(self.tasks, self.policies)
+
+    @property
+    def n_samples(self) -> int:
+        """Number of training tasks."""
+        return len(self.chosen)
+
+    @cached_property
+    def methods(self) -> dict[str, Any]:
+        """The fitted methods: ours, the single regression, and those to be beaten."""
+        charts = SMCE(self.n_charts, random_state=self.seed)
+        unfitted = {
+            "charts": ParameterizedSkill(charts, random_state=self.seed),
+            "single regression": ParameterizedSkill(None, random_state=self.seed),
+            "nearest neighbour": KNeighborsRegressor(1),
+            "mean policy": DummyRegressor(),
+            "zero policy": DummyRegressor(
+                strategy="constant", constant=np.zeros(self.policies.shape[1])
+            ),
+        }
+        X, y = self.tasks[self.chosen], self.policies[self.chosen]
+        return {name: method.fit(X, y) for name, method in unfitted.items()}
+
+    def predict(self, name: str, tasks: ArrayLike) -> NDArray[np.float64]:
+        """Predict policies.
+
+        Parameters
+        ----------
+        name : str
+            A method.
+        tasks : array_like of shape (n_tasks, 1)
+            Tasks (rad).
+
+        Returns
+        -------
+        ndarray of shape (n_tasks, n_params)
+            Policies.
+        """
+        return np.asarray(self.methods[name].predict(np.asarray(tasks)))
+
+    @cached_property
+    def known_charts(self) -> NDArray[np.intp]:
+        """Charts of the test tasks by their own policies: that of the nearest policy.
+
+        Only the reading "chart known" may look at a test task's policy.
+        """
+        nearest = np.linalg.norm(
+            self.test_policies[:, None] - self.policies[self.chosen], axis=2
+        ).argmin(axis=1)
+        return np.asarray(self.methods["charts"].charts_[nearest])
+
+    @cached_property
+    def away_from_jumps(self) -> NDArray[np.bool_]:
+        """Test tasks farther from every jump than the training tasks lie apart."""
+        step = 2 * np.pi / self.n_samples
+        places = (self.tasks[self.jumps] + self.tasks[self.jumps + 1]) / 2
+        gaps = np.abs(self.test_tasks - places.reshape(1, -1))
+        return np.asarray((gaps > step).all(axis=1))
+
+    def squared_errors(self, reading: str = "gate learned") -> pd.DataFrame:
+        """Compare predicted with searched policies, one row a test task.
+
+        Parameters
+        ----------
+        reading : {"gate learned", "chart known", "away from jumps"}
+            Which chart a test task belongs to, and which test tasks count.
+
+        Returns
+        -------
+        DataFrame
+            Squared errors, averaged over the six dimensions, one column a method.
+
+        Raises
+        ------
+        ValueError
+            If the reading is another.
+        """
+        if reading not in READINGS:
+            raise ValueError(f"reading={reading!r}; wanted one of {READINGS}")
+        errors = {}
+        for name, method in self.methods.items():
+            if reading == "chart known" and name == "charts":
+                predicted = method.predict(self.test_tasks, chart=self.known_charts)
+            else:
+                predicted = method.predict(self.test_tasks)
+            errors[name] = np.mean((predicted - self.test_policies) ** 2, axis=1)
+        table = pd.DataFrame(errors, index=self._test_index)
+        return table[self.away_from_jumps] if reading == READINGS[2] else table
+
+    @cached_property
+    def executed(self) -> pd.DataFrame:
+        """What happens when predicted policies are run: one row a task and method."""
+        angles = np.rad2deg(self.test_tasks[:, 0])
+        rows = []
+        with Arm(self.workspace) as arm:
+            for name in self.methods:
+                policies = self.predict(name, self.test_tasks)
+                for angle, searched, rollout in zip(
+                    angles,
+                    self.test_table["cost"],
+                    arm.execute_many(policies, angles.tolist()),
+                    strict=True,
+                ):
+                    rows.append(
+                        {
+                            "method": name,
+                            "task_deg": angle,
+                            "error_cm": 100 * rollout.error,
+                            "excess_cost": cost(rollout) - searched,
+                            "touched": rollout.touched,
+                        }
+                    )
+        return pd.DataFrame(rows)
+
+    def executed_by_method(self, column: str) -> pd.DataFrame:
+        """Spread a column of `executed`: one row a test task, one column a method.
+
+        Parameters
+        ----------
+        column : {"error_cm", "excess_cost", "touched"}
+            Which.
+
+        Returns
+        -------
+        DataFrame
+            The column, for `compare`.
+        """
+        wide = self.executed.pivot_table(
+            index="task_deg", columns="method", values=column, sort=False
+        )
+        return wide[list(self.methods)]
+
+    def mse_summary(self) -> pd.DataFrame:
+        """Average the squared errors, one row a method, one column a reading.
+
+        Returns
+        -------
+        DataFrame
+            Mean squared errors; "chart known" differs for the charts alone.
+        """
+        means = {reading: self.squared_errors(reading).mean() for reading in READINGS}
+        return pd.DataFrame(means).loc[list(self.methods)]
+
+    def executed_summary(self) -> pd.DataFrame:
+        """Summarise what execution costs, one row a method.
+
+        Returns
+        -------
+        DataFrame
+            Excess cost (mean, median), centimetres (mean, standard deviation, median),
+            the share of tasks missed by less than 1 cm, and that which met an obstacle.
+        """
+        groups = self.executed.groupby("method", sort=False)
+        error, excess = groups["error_cm"], groups["excess_cost"]
+        return pd.DataFrame(
+            {
+                "excess cost, mean": excess.mean(),
+                "excess cost, median": excess.median(),
+                "error (cm), mean": error.mean(),
+                "error (cm), std": error.std(),
+                "error (cm), median": error.median(),
+                "share under 1 cm": error.agg(lambda cm: float((cm < 1).mean())),
+                "share that touched": groups["touched"].mean(),
+            }
+        )
+
+    def compare_mse(
+        self, reading: str = "gate learned", baseline: str = "single regression"
+    ) -> Comparison:
+        """Compare the charts' mean squared error with a baseline's.
+
+        Parameters
+        ----------
+        reading : str, default="gate learned"
+            See `squared_errors`.
+        baseline : str, default="single regression"
+            A method.
+
+        Returns
+        -------
+        Comparison
+            The ratio and its interval.
+        """
+        return compare(
+            f"MSE, {reading}",
+            self.squared_errors(reading),
+            "charts",
+            baseline,
+            n_resamples=self.n_resamples,
+            seed=self.seed,
+        )
+
+    def compare_executed(
+        self, column: str, baseline: str = "single regression"
+    ) -> Comparison:
+        """Compare what the charts' policies do when executed with a baseline's.
+
+        Parameters
+        ----------
+        column : {"error_cm", "excess_cost"}
+            See `executed`.
+        baseline : str, default="single regression"
+            A method.
+
+        Returns
+        -------
+        Comparison
+            The ratio and its interval.
+        """
+        return compare(
+            column.replace("_cm", " (cm)").replace("_", " "),
+            self.executed_by_method(column),
+            "charts",
+            baseline,
+            n_resamples=self.n_resamples,
+            seed=self.seed,
+        )
+
+    @property
+    def _test_index(self) -> pd.Index:
+        return pd.Index(np.rad2deg(self.test_tasks[:, 0]), name="task_deg")

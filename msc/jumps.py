@@ -1,0 +1,57 @@
+"""Where a table of policies leaps from one behaviour to another."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+
+def find_jumps(
+    tasks: ArrayLike, policies: ArrayLike, closed: bool = False
+) -> NDArray[np.intp]:
+    """Find the steps between neighbouring tasks that are too large to be smooth.
+
+    Parameters
+    ----------
+    tasks : array_like of shape (n_tasks,) or (n_tasks, 1)
+        Ascending task parameters.
+    policies : array_like of shape (n_tasks, n_params)
+        Their policies.
+    closed : bool, default=False
+        Whether the last task's neighbour is the first, as on a circle not cut open.
+
+    Returns
+    -------
+    ndarray of int
+        Indices i for which the step from task i to the next is a jump: larger than
+        five times the median step, and than 0.3 times the policies' root-mean-square
+        distance from their mean.
+
+    Raises
+    ------
+    ValueError
+        If the lengths differ, the tasks do not ascend or there are fewer than two.
+
+    Notes
+    -----
+    A threshold only points: `msc audit` settles whether a step is a jump by searching
+    the tasks in between.
+
+    Examples
+    --------
+    >>> find_jumps(np.arange(6), [[0.0], [0.1], [0.2], [3.0], [3.1], [3.2]])
+    array([2])
+    """
+    order = np.asarray(tasks, dtype=float).reshape(len(np.asarray(tasks)), -1)[:, 0]
+    values = np.asarray(policies, dtype=float)
+    if values.ndim != 2 or len(values) != len(order) or len(order) < 2:
+        raise ValueError(
+            f"policies has shape {values.shape} for {len(order)} tasks; wanted one row "
+            "a task and at least two tasks"
+        )
+    if not (np.diff(order) > 0).all():
+        raise ValueError("tasks do not ascend; wanted them sorted, without duplicates")
+    after = np.roll(values, -1, axis=0)
+    steps = np.linalg.norm(after - values, axis=1)[: None if closed else -1]
+    spread = np.sqrt(np.mean(np.sum((values - values.mean(axis=0)) ** 2, axis=1)))
+    return np.flatnonzero(steps > max(5 * np.median(steps), 0.3 * spread))

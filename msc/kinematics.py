@@ -1,0 +1,74 @@
+"""Inverse kinematics: end-effector paths -> joint angles, many paths at once.
+
+Differential damped least squares, followed from the home pose: each step takes the
+smallest joint motion that brings the end effector to the path's next point, so that
+the redundant third joint needs no rule of its own, and the pose at the end depends on
+the way there.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+DAMPING = 0.02  # m; where the arm is nearly singular, joints stay slow, the path is cut
+MAX_JOINT_STEP = 0.4  # rad; at 60 Hz 24 rad/s, only met by paths out of reach
+
+
+def follow_path(
+    path: ArrayLike, home: ArrayLike, link_lengths: ArrayLike
+) -> NDArray[np.float64]:
+    """Follow end-effector paths with the arm's joints.
+
+    Parameters
+    ----------
+    path : array_like of shape (..., n_times, 2)
+        Where the end effector should be (m). The first point is the home pose's.
+    home : array_like of shape (3,)
+        Joint angles at the first point (rad).
+    link_lengths : array_like of shape (3,)
+        Lengths of the links (m).
+
+    Returns
+    -------
+    ndarray of shape (..., n_times, 3)
+        Joint angles (rad).
+
+    Notes
+    -----
+    Points of the plane are complex numbers here. With the Jacobian's columns j₁, j₂,
+    j₃ and the error e, the step is dqₖ = Re(conj(jₖ) y), where y solves
+    (J Jᵀ + damping²) y = e, that is p y + r conj(y) = e with
+    p = Σ|jₖ|²/2 + damping² and r = Σ jₖ²/2. See [1]_.
+
+    References
+    ----------
+    .. [1] Y. Nakamura, H. Hanafusa, "Inverse kinematic solutions with singularity
+       robustness for robot manipulator control", J. Dyn. Syst. Meas. Control, 1986.
+
+    Examples
+    --------
+    >>> joints = follow_path([[1.2, 1.0], [1.19, 1.01]], [0, 0.5, 0.8], [1, 1, 0.5])
+    >>> joints.shape
+    (2, 3)
+    """
+    points = np.asarray(path, dtype=float)
+    targets = points[..., 0] + 1j * points[..., 1]
+    targets = np.ascontiguousarray(np.moveaxis(targets, -1, 0))
+    lengths = np.asarray(link_lengths, dtype=float)
+    lengths = lengths.reshape(3, *(1,) * (targets.ndim - 1))
+    joints = np.empty((len(targets), 3, *targets.shape[1:]))
+    joints[0] = np.reshape(home, lengths.shape)
+    for before, after, target in zip(joints, joints[1:], targets[1:], strict=False):
+        arms = lengths * np.exp(1j * np.cumsum(before, axis=0))
+        arms[1] += arms[2]
+        arms[0] += arms[1]  # now arms[k] points from joint k to the end effector
+        error = target - arms[0]
+        arms *= 1j  # the Jacobian's columns
+        p = 0.5 * np.sum(arms.real**2 + arms.imag**2, axis=0) + DAMPING**2
+        r = 0.5 * np.sum(arms * arms, axis=0)
+        y = (p * error - r * error.conj()) / (p * p - (r * r.conj()).real)
+        step = (arms.conj() * y).real
+        np.clip(step, -MAX_JOINT_STEP, MAX_JOINT_STEP, out=step)
+        np.add(before, step, out=after)
+    return np.moveaxis(joints, (0, 1), (-2, -1))

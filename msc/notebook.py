@@ -1,0 +1,195 @@
+"""Notebooks as the files they are: JSON of the notebook format 4.
+
+A chapter is a notebook without outputs; papermill returns a run of it: the same code
+cells with outputs, and one more, *injected*, that sets the parameters it was given.
+"""
+
+import ast
+import json
+from pathlib import Path
+from typing import Any
+
+Notebook = dict[str, Any]
+Cell = dict[str, Any]
+
+
+def read_notebook(path: Path) -> Notebook:
+    """Read a notebook.
+
+    Parameters
+    ----------
+    path : Path
+        An `.ipynb` file.
+
+    Returns
+    -------
+    dict
+        The notebook.
+
+    Raises
+    ------
+    ValueError
+        If the file is no notebook.
+    """
+    try:
+        notebook: Notebook = json.loads(path.read_text(encoding="utf-8"))
+    except ValueError as error:
+        raise ValueError(f"{path.name} is not a notebook: {error}") from error
+    if not (isinstance(notebook, dict) and "cells" in notebook):
+        raise ValueError(f"{path.name} is not a notebook: it has no cells")
+    return notebook
+
+
+def write_notebook(notebook: Notebook, path: Path) -> None:
+    """Write a notebook, whole or not at all.
+
+    Parameters
+    ----------
+    notebook : dict
+        The notebook.
+    path : Path
+        The file; its folder is created if missing.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    unfinished = path.with_suffix(".partial")
+    text = json.dumps(notebook, indent=1, ensure_ascii=False)
+    unfinished.write_text(text + "\n", encoding="utf-8")
+    unfinished.replace(path)
+
+
+def code_cells(notebook: Notebook) -> list[Cell]:
+    """Return the author's own code cells.
+
+    Parameters
+    ----------
+    notebook : dict
+        A chapter or a run.
+
+    Returns
+    -------
+    list of dict
+        All code cells but the injected one.
+    """
+    cells = [cell for cell in notebook["cells"] if cell["cell_type"] == "code"]
+    return [cell for cell in cells if "injected-parameters" not in tags(cell)]
+
+
+def tags(cell: Cell) -> set[str]:
+    """Return a cell's tags.
+
+    Parameters
+    ----------
+    cell : dict
+        Any cell.
+
+    Returns
+    -------
+    set of str
+        Possibly empty.
+    """
+    return set(cell["metadata"].get("tags", ()))
+
+
+def source(cell: Cell) -> str:
+    """Return a cell's text.
+
+    Parameters
+    ----------
+    cell : dict
+        Any cell; its file may hold the text whole or as a list of lines.
+
+    Returns
+    -------
+    str
+        The text.
+    """
+    return "".join(cell["source"])
+
+
+def declared_parameters(notebook: Notebook) -> set[str]:
+    r"""Return the names that a chapter's cell tagged `parameters` assigns.
+
+    Parameters
+    ----------
+    notebook : dict
+        The chapter.
+
+    Returns
+    -------
+    set of str
+        Empty if no cell has the tag.
+
+    Examples
+    --------
+    >>> code = ["profile = 'quick'\n", "seed: int = 0"]
+    >>> cell = {"source": code, "metadata": {"tags": ["parameters"]}}
+    >>> sorted(declared_parameters({"cells": [cell]}))
+    ['profile', 'seed']
+    """
+    return {
+        node.id
+        for cell in notebook["cells"]
+        if "parameters" in tags(cell)
+        for node in ast.walk(ast.parse(source(cell)))
+        if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)
+    }
+
+
+def with_outputs(chapter: Notebook, run: Notebook) -> Notebook:
+    """Put the outputs of a run into a chapter's current text.
+
+    Parameters
+    ----------
+    chapter : dict
+        The chapter as it is now.
+    run : dict
+        A run of a chapter with the same code cells.
+
+    Returns
+    -------
+    dict
+        The chapter with outputs and with the injected cell, hidden from the book's
+        pages. papermill's record of paths and times is left behind.
+    """
+    hidden = {"tags": ["injected-parameters", "remove-cell"]}
+    fixed = {"metadata": hidden, "id": "injected-parameters"}
+    injected = [
+        {key: fixed.get(key, value) for key, value in cell.items()}
+        for cell in run["cells"]
+        if "injected-parameters" in tags(cell)
+    ]
+    runs = iter(code_cells(run))
+    cells = []
+    for cell in chapter["cells"]:
+        if cell["cell_type"] == "code":
+            done = next(runs)
+            outcome = {key: done[key] for key in ("outputs", "execution_count")}
+            cells.append(cell | outcome)
+        else:
+            cells.append(cell)
+        if "parameters" in tags(cell):
+            cells += injected
+    return chapter | {"cells": cells}
+
+
+def failure(run: Notebook) -> str:
+    """Name the cell at which a run stopped, and its error.
+
+    Parameters
+    ----------
+    run : dict
+        A run that papermill gave up.
+
+    Returns
+    -------
+    str
+        The cell's number among the code cells, its first line, the error and its text;
+        empty if no cell failed.
+    """
+    for number, cell in reversed([*enumerate(code_cells(run), start=1)]):
+        for output in cell["outputs"]:
+            if output["output_type"] == "error":
+                first_line = source(cell).strip().partition("\n")[0]
+                error = f"{output['ename']}: {output['evalue']}"
+                return f"code cell {number} ({first_line}): {error}"
+    return ""

@@ -1,0 +1,235 @@
+"""Arrays in, figures out: one function a kind of figure, one style for all.
+
+Colours are Okabe and Ito's, told apart by the colour-blind; every chart also has a
+marker of its own, so that a grey print stays legible.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle as Disc
+from numpy.typing import ArrayLike, NDArray
+
+from msc.evaluation import Experiment
+from msc.workspace import Workspace, chain
+
+STYLE = {
+    "figure.dpi": 150,
+    "figure.constrained_layout.use": True,
+    "font.size": 9,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.titlesize": 10,
+    "axes.grid": True,
+    "grid.color": "0.92",
+    "legend.frameon": False,
+    "lines.linewidth": 1.5,
+}
+COLOURS = {
+    "charts": "#0072B2",
+    "single regression": "#D55E00",
+    "nearest neighbour": "#009E73",
+    "searched": "0.35",
+}
+CHART_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+CHART_MARKERS = "os^DvP"
+WEIGHT_LABELS = ("$w_1^x$", "$w_2^x$", "$w_3^x$", "$w_1^y$", "$w_2^y$", "$w_3^y$")
+
+
+def plot_workspaces(*workspaces: Workspace) -> Figure:
+    """Draw workspaces as the paper's Figure 1: goal circle red, obstacles black.
+
+    Parameters
+    ----------
+    *workspaces : Workspace
+        One panel each.
+
+    Returns
+    -------
+    Figure
+        The drawing, in metres.
+    """
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(
+            1, len(workspaces), figsize=(3.6 * len(workspaces), 3.7), squeeze=False
+        )
+        for axis, world in zip(axes[0], workspaces, strict=True):
+            draw_world(axis, world)
+            draw_arm(axis, world, world.home)
+            axis.set_title(world.name)
+    plt.close(figure)
+    return figure
+
+
+def draw_world(axis: Axes, world: Workspace) -> None:
+    """Draw goal circle, cut and obstacles into a panel.
+
+    Parameters
+    ----------
+    axis : Axes
+        The panel.
+    world : Workspace
+        The world.
+    """
+    axis.add_patch(Disc((0, 0), world.goal_radius, fill=False, color="red", lw=1.5))
+    for circle in world.circles:
+        axis.add_patch(Disc((circle.x, circle.y), circle.radius, color="black"))
+    cut, quarter = world.target(0), world.target(90)
+    axis.plot(*np.outer((0.93, 1.07), cut).T, color="red", lw=1.5)
+    axis.annotate("0°", 1.17 * cut, ha="center", va="center", color="red")
+    axis.annotate("90°", 1.17 * quarter, ha="center", va="center", color="red")
+    axis.set(xlim=(-1, 1), ylim=(-1, 1), aspect="equal", xlabel="x (m)", ylabel="y (m)")
+
+
+def draw_arm(axis: Axes, world: Workspace, joints: ArrayLike, **style: Any) -> None:
+    """Draw the arm in one pose.
+
+    Parameters
+    ----------
+    axis : Axes
+        The panel.
+    world : Workspace
+        Whose arm.
+    joints : array_like of shape (3,)
+        Joint angles (rad).
+    **style : dict
+        Passed on to `Axes.plot`.
+    """
+    look = {"color": "0.45", "lw": 5, "solid_capstyle": "round", "zorder": 2}
+    points = chain(joints, world.link_lengths).T
+    axis.plot(*points, **{**look, **style})
+    axis.plot(*points[:, :-1], "o", color="white", mec="0.3", ms=5, zorder=3)
+    axis.plot(*points[:, -1], "o", color="#0072B2", ms=6, zorder=3)
+
+
+def plot_manifold(experiment: Experiment, dimension: int | None = None) -> Figure:
+    """Draw one policy dimension over the tasks, as the paper's Figures 2, 3, 5 and 6.
+
+    Parameters
+    ----------
+    experiment : Experiment
+        What was trained on what.
+    dimension : int, optional
+        Policy dimension; by default the one that varies most over all grid tasks.
+
+    Returns
+    -------
+    Figure
+        Left the single regression, right the charts.
+    """
+    if dimension is None:
+        dimension = int(np.argmax(experiment.policies.std(axis=0)))
+    dense = np.linspace(0, 2 * np.pi, 1441, endpoint=False)[:, None]
+    labels = experiment.methods["charts"].charts_
+    chosen = experiment.chosen
+    trained = np.rad2deg(experiment.tasks[chosen, 0])
+    values = experiment.policies[chosen, dimension]
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(1, 2, figsize=(7.4, 3.3), sharex=True, sharey=True)
+        single, charts = axes
+        for axis in axes:
+            axis.plot(
+                np.rad2deg(experiment.tasks[:, 0]),
+                experiment.policies[:, dimension],
+                ".",
+                ms=2.5,
+                color="0.6",
+                label="searched",
+            )
+            for jump in experiment.jumps:
+                place = np.rad2deg(experiment.tasks[jump : jump + 2, 0].mean())
+                axis.axvline(place, color="0.5", lw=0.8, ls=":", zorder=0)
+            axis.set(xlabel="task angle (degrees)", xticks=range(0, 361, 60))
+        draw = {"dense": dense, "dimension": dimension, "experiment": experiment}
+        one = np.zeros(len(dense), dtype=int)
+        _draw_regression(single, "single regression", one, ("#D55E00",), **draw)
+        single.plot(trained, values, "o", ms=3.5, color="#D55E00", mec="white", mew=0.4)
+        gate = experiment.methods["charts"].predict_chart(dense)
+        _draw_regression(charts, "charts", gate, CHART_COLOURS, **draw)
+        for chart in np.unique(labels):
+            here = labels == chart
+            charts.plot(
+                trained[here],
+                values[here],
+                CHART_MARKERS[chart % 6],
+                ms=4,
+                color=CHART_COLOURS[chart % 6],
+                mec="white",
+                mew=0.4,
+                label=f"chart {chart + 1}",
+            )
+        single.set(ylabel=f"policy weight {WEIGHT_LABELS[dimension]}")
+        single.set_title(f"single regression, {len(chosen)} samples")
+        charts.set_title(f"{len(np.unique(labels))} charts, {len(chosen)} samples")
+        charts.legend(fontsize=7, ncols=2)
+        margin = 0.15 * np.ptp(experiment.policies[:, dimension])
+        low, high = experiment.policies[:, dimension].min(), experiment.policies[
+            :, dimension
+        ].max()
+        single.set_ylim(low - margin, high + margin)
+    plt.close(figure)
+    return figure
+
+
+def _draw_regression(
+    axis: Axes,
+    method: str,
+    chart: NDArray[np.int_],
+    colours: tuple[str, ...],
+    *,
+    dense: NDArray[np.float64],
+    dimension: int,
+    experiment: Experiment,
+) -> None:
+    """Draw a prediction and its band of two standard deviations, broken at charts."""
+    mean, std = experiment.methods[method].predict(dense, return_std=True)
+    mean, std = mean[:, dimension], std[:, dimension]
+    angles = np.rad2deg(dense[:, 0])
+    for piece in np.split(np.arange(len(dense)), np.flatnonzero(np.diff(chart)) + 1):
+        colour = colours[chart[piece[0]] % len(colours)]
+        axis.plot(angles[piece], mean[piece], color=colour)
+        low, high = mean[piece] - 2 * std[piece], mean[piece] + 2 * std[piece]
+        axis.fill_between(angles[piece], low, high, color=colour, alpha=0.15, lw=0)
+
+
+def plot_execution(experiment: Experiment) -> Figure:
+    """Draw the execution error over the tasks, as the paper's Figures 4 and 7.
+
+    Parameters
+    ----------
+    experiment : Experiment
+        What was trained on what.
+
+    Returns
+    -------
+    Figure
+        Top the single regression, bottom the charts; mean and standard deviation
+        marked, tasks that met an obstacle crossed.
+    """
+    executed = experiment.executed
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(2, 1, figsize=(7.4, 4.6), sharex=True, sharey=True)
+        for axis, method in zip(axes, ("single regression", "charts"), strict=True):
+            rows = executed[executed["method"] == method]
+            mean, std = rows["error_cm"].mean(), rows["error_cm"].std()
+            axis.axhspan(max(0, mean - std), mean + std, color="0.9", lw=0, zorder=0)
+            axis.axhline(mean, color="0.3", lw=1, ls="--")
+            axis.vlines(
+                rows["task_deg"], 0, rows["error_cm"], color=COLOURS[method], lw=2.5
+            )
+            met = rows[rows["touched"]]
+            axis.plot(met["task_deg"], met["error_cm"], "kx", ms=5)
+            for jump in experiment.jumps:
+                place = np.rad2deg(experiment.tasks[jump : jump + 2, 0].mean())
+                axis.axvline(place, color="0.5", lw=0.8, ls=":", zorder=0)
+            axis.set_title(f"{method}: {mean:.2f} ± {std:.2f} cm", loc="left")
+            axis.set(ylabel="error (cm)", xticks=range(0, 361, 60), xlim=(-3, 363))
+        axes[1].set_xlabel("task angle (degrees)")
+        axes[0].set_ylim(bottom=0)
+    plt.close(figure)
+    return figure

@@ -1,0 +1,228 @@
+"""The search: what a rollout costs, and CMA-ES from one task to its policy.
+
+The only module that imports pycma.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+from typing import Any
+
+import cma
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from msc.arm import Arm, Rollout
+from msc.dmp import DMP, check_policies
+from msc.workspace import Workspace
+
+ERROR_WEIGHT = 100.0  # 1/m²
+ENERGY_WEIGHT = 0.005  # s/rad²
+MAX_EVALUATIONS = 4000  # of one start; converged ones take 1000 to 1500
+
+
+@dataclass(frozen=True)
+class Start:
+    """One run of CMA-ES: its name, what it found, what that took.
+
+    A run that came upon the policy of an earlier one is stopped there: `joined` names
+    that one.
+    """
+
+    name: str
+    policy: NDArray[np.float64]
+    cost: float
+    evaluations: int
+    joined: str = ""
+
+
+@dataclass(frozen=True)
+class SearchResult:
+    """The policy found for a task, and how.
+
+    Attributes
+    ----------
+    policy : ndarray of shape (n_params,)
+        Weights of Eq. 7.
+    cost : float
+        Its cost, see `cost`.
+    error, energy, contact_impulse : float
+        What its rollout measured, see `Rollout`.
+    starts : tuple of Start
+        All runs of CMA-ES, in order; the cheapest gave the policy.
+    """
+
+    policy: NDArray[np.float64]
+    cost: float
+    error: float
+    energy: float
+    contact_impulse: float
+    starts: tuple[Start, ...]
+
+    @property
+    def evaluations(self) -> int:
+        """Rollouts spent, over all starts."""
+        return sum(start.evaluations for start in self.starts)
+
+    @property
+    def winner(self) -> str:
+        """Name of the start that gave the policy."""
+        return min(self.starts, key=lambda start: start.cost).name
+
+    @property
+    def n_agreeing(self) -> int:
+        """Starts that ended at the policy: joined it, or within 1 % of its norm."""
+        close = 0.01 * np.linalg.norm(self.policy)
+        return sum(
+            start.joined == self.winner
+            or bool(np.linalg.norm(start.policy - self.policy) <= close)
+            for start in self.starts
+        )
+
+
+def cost(rollout: Rollout) -> float:
+    """Weigh what a rollout missed against how much it moved.
+
+    Parameters
+    ----------
+    rollout : Rollout
+        What happened.
+
+    Returns
+    -------
+    float
+        100/m² · error² + 0.005 s/rad² · energy: one centimetre weighs as much as
+        2 rad²/s. The paper asks for a term that penalises longer movements; energy
+        bounds the squared length of the joint path and, unlike length, settles the
+        timing along it too, so that the optimum is a point.
+    """
+    return ERROR_WEIGHT * rollout.error**2 + ENERGY_WEIGHT * rollout.energy
+
+
+def search_policy(
+    workspace: Workspace,
+    task_deg: float,
+    *,
+    seed: int,
+    n_starts: int = 4,
+    start_policies: Sequence[ArrayLike] = (),
+    incumbent: SearchResult | None = None,
+    dmp: DMP | None = None,
+) -> SearchResult:
+    """Search the policy that solves one task, by CMA-ES.
+
+    Parameters
+    ----------
+    workspace : Workspace
+        The world.
+    task_deg : float
+        Task angle (degrees).
+    seed : int
+        Seed of all random draws, together with the task and the start's number: a
+        task's search does not depend on what else is searched.
+    n_starts : int, default=4
+        Independent starts: from the zero policy, then from random ones.
+    start_policies : sequence of array_like of shape (n_params,), optional
+        Further starts, from given policies and with a small first step.
+    incumbent : SearchResult, optional
+        An earlier search of the same task, to go on from: its starts count too.
+    dmp : DMP, optional
+        What a policy means; by default ``DMP()``.
+
+    Returns
+    -------
+    SearchResult
+        The cheapest policy of all starts.
+
+    Raises
+    ------
+    ValueError
+        If there is no start at all, or a given policy is malformed.
+
+    Examples
+    --------
+    >>> found = search_policy(Workspace.free(), 200, seed=1, n_starts=1)
+    >>> found.error < 0.005
+    True
+    """
+    dmp = dmp or DMP()
+    starts = list(incumbent.starts) if incumbent else []
+    if n_starts < 0 or n_starts + len(start_policies) + len(starts) == 0:
+        raise ValueError(
+            f"n_starts={n_starts} with {len(start_policies)} start_policies; "
+            "wanted at least one start"
+        )
+    given = [check_policies(policy, dmp.n_params) for policy in start_policies]
+    arm = _arm(workspace, dmp)
+    target = workspace.target(task_deg)
+    task_key = np.abs(np.round(1e6 * target)).astype(int)  # any angle's, modulo 360
+    wide, narrow = 0.5 * dmp.spring, 0.05 * dmp.spring
+    for number in range(n_starts + len(given)):
+        rng = np.random.default_rng([seed, *task_key, len(starts)])
+        if number < n_starts:
+            name, step = f"start {number}", wide
+            mean = wide * rng.standard_normal(dmp.n_params) * (number > 0)
+        else:
+            name, step = f"given {number - n_starts}", narrow
+            mean = given[number - n_starts]
+        strategy = cma.CMAEvolutionStrategy(
+            mean, step, _options(dmp, rng, arm.n_parallel)
+        )
+        starts.append(_run(strategy, arm, task_deg, name, starts))
+    best = min(starts, key=lambda start: start.cost)
+    rollout = arm.execute(best.policy, task_deg)
+    return SearchResult(
+        policy=best.policy,
+        cost=best.cost,
+        error=rollout.error,
+        energy=rollout.energy,
+        contact_impulse=rollout.contact_impulse,
+        starts=tuple(starts),
+    )
+
+
+def _options(dmp: DMP, rng: np.random.Generator, population: int) -> dict[str, Any]:
+    """Set up CMA-ES: when it is done, and all its randomness from one generator."""
+    return {
+        "seed": np.nan,  # leaves numpy's global generator alone
+        "randn": lambda *shape: rng.standard_normal(shape),
+        "popsize": population,
+        "maxfevals": MAX_EVALUATIONS,
+        "tolfun": 1e-6,
+        "tolx": 1e-3 * dmp.spring,
+        "verbose": -9,
+        "verb_log": 0,
+    }
+
+
+def _run(
+    strategy: cma.CMAEvolutionStrategy,
+    arm: Arm,
+    task_deg: float,
+    name: str,
+    known: Sequence[Start],
+) -> Start:
+    """Run CMA-ES until it converges or comes upon the policy of a known start."""
+    joined = ""
+    while not joined and not strategy.stop():
+        policies = strategy.ask()
+        rollouts = arm.execute_many(policies, task_deg)
+        strategy.tell(policies, [cost(rollout) for rollout in rollouts])
+        spread = strategy.sigma * np.max(strategy.D)
+        for start in known:
+            reach = 0.1 * np.linalg.norm(start.policy)
+            apart = np.linalg.norm(strategy.mean - start.policy)
+            if max(spread, apart) < reach:
+                joined = start.joined or start.name
+                break
+    found = strategy.result
+    policy = np.array(found.xbest)
+    return Start(name, policy, float(found.fbest), found.evaluations, joined)
+
+
+@lru_cache(maxsize=4)
+def _arm(workspace: Workspace, dmp: DMP) -> Arm:
+    """Keep one simulated arm per process, world and DMP."""
+    return Arm(workspace, dmp=dmp)

@@ -1,0 +1,335 @@
+"""Charts of a manifold: sparse self-reconstruction, then spectral clustering.
+
+Every point is written as an affine combination of a few of its neighbours. Points
+which reconstruct each other lie on the same smooth piece, a *chart*, however near
+another piece may pass.
+"""
+
+from __future__ import annotations
+
+import warnings
+from numbers import Integral, Real
+from typing import Any, ClassVar, Self
+
+import cvxpy as cp
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from scipy.linalg import eigh
+from scipy.sparse.linalg import eigsh
+from sklearn.base import BaseEstimator, ClusterMixin
+from sklearn.cluster import KMeans
+from sklearn.exceptions import ConvergenceWarning
+from sklearn.neighbors import NearestNeighbors
+from sklearn.utils import check_random_state
+from sklearn.utils._param_validation import Interval, StrOptions
+from sklearn.utils.validation import validate_data
+
+__all__ = ["SMCE"]
+
+Array = NDArray[np.float64]
+
+_LARGEST_DENSE = 3000  # points; above, only the eigenvectors needed are computed
+_ZERO = 1e-10  # coefficients; the solver leaves about 1e-13 where the optimum has 0
+_COPY = 1e-10  # of the furthest neighbour's distance: nearer ones are the same point
+_TOLERANCES = {
+    f"{kind}tol_{of}": value
+    for kind, value in (("", 1e-12), ("reduced_", 1e-8))  # if rounding stops it early
+    for of in ("gap_abs", "gap_rel", "feas")
+}
+
+
+class SMCE(ClusterMixin, BaseEstimator):  # type: ignore[misc]
+    """Cluster points into the charts of the manifold they were sampled from.
+
+    Sparse Manifold Clustering and Embedding tells apart pieces that nearly touch,
+    where clustering by distance fails.
+
+    Parameters
+    ----------
+    n_clusters : int or None, default=None
+        Number of charts. None reads it from the elbow of `elbow_curve_`.
+    regularization : float, default=10.0
+        Weight, >= 0, of using distant neighbours against the error of reconstruction.
+        In the normalized form results hardly change between 10 and 100; in the raw
+        form it competes with squared distances, so the data's scale matters.
+    n_neighbors : int, default=20
+        Neighbours that may reconstruct a point, itself not counted; clipped to
+        n_samples - 1. Curves need few.
+    form : {"normalized", "raw"}, default="normalized"
+        "normalized" reconstructs from unit directions towards the neighbours, as in
+        [1]_, and ignores the scale of the data; "raw" from the differences, as in [2]_.
+    prune : float, default=0.95
+        Share, in (0, 1], of each point's affinity that is kept, largest entries first.
+    max_clusters : int, default=10
+        Largest number of charts on the elbow curve; clipped to n_samples.
+    random_state : int, RandomState instance or None, default=None
+        Seed of the k-means starts. None draws fresh entropy; NumPy's global generator
+        is left alone.
+
+    Attributes
+    ----------
+    coef_ : sparse array of shape (n_samples, n_samples)
+        Row i reconstructs point i and sums to one; before pruning.
+    objective_ : ndarray of shape (n_samples,)
+        Value of each point's program at `coef_`.
+    affinity_matrix_ : sparse array of shape (n_samples, n_samples)
+        Symmetric, non-negative, zero on the diagonal.
+    eigenvalues_ : ndarray
+        Of the normalised Laplacian, ascending; all of them up to 3000 points. As many
+        are zero as the graph has connected components.
+    embedding_ : ndarray of shape (n_samples, number of charts asked for)
+        Unit rows, among which k-means finds the charts.
+    elbow_curve_ : ndarray of shape (min(max_clusters, n_samples),)
+        Entry S - 1 is the within-chart sum of squares of `X` for S charts.
+    n_clusters_ : int
+        Number of charts found; fewer than asked for only if `embedding_` has fewer
+        distinct rows.
+    labels_ : ndarray of shape (n_samples,)
+        Chart of each point, numbered in order of first appearance.
+    n_features_in_ : int
+        Number of columns of `X`.
+
+    Notes
+    -----
+    Point i solves, over its neighbours j at distances d_j (Eqs. 3 and 4 of [2]_)::
+
+        minimise  regularization * sum_j q_j |c_j|  +  1/2 |sum_j c_j y_j|^2
+        subject to  sum_j c_j = 1,        q_j = d_j / sum_t d_t
+
+    with y_j = (x_j - x_i) / d_j, or without the division in the raw form. All points'
+    programs are solved as one, each divided by its value at the nearest neighbour, so
+    that the solver's tolerance of 1e-12 binds each of them and not only their sum. A
+    point with exact copies among its neighbours is reconstructed by these in equal
+    shares, at no cost.
+
+    Affinities are the row-normalised |c_j / d_j|, in the raw form |c_j|, pruned and
+    symmetrised by the larger of both directions; clustering follows [3]_. Where the
+    graph has more components than charts are asked for, the data do not determine
+    which components share a chart.
+
+    The elbow: [2]_ does not name the curve it is read from. Here it is `elbow_curve_`,
+    measured in the fixed space of `X` because the embedding changes with the number of
+    charts, and the elbow is its point furthest below the chord between its ends, both
+    axes scaled to [0, 1].
+
+    References
+    ----------
+    .. [1] E. Elhamifar and R. Vidal, "Sparse Manifold Clustering and Embedding",
+       NIPS 2011.
+    .. [2] "Task-Based Behavior Generalization via Manifold Clustering", section III.
+    .. [3] A. Ng, M. Jordan and Y. Weiss, "On Spectral Clustering: Analysis and an
+       Algorithm", NIPS 2001.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from msc.smce import SMCE
+    >>> angle = np.linspace(0, 2 * np.pi, 40, endpoint=False)
+    >>> circle = np.c_[np.cos(angle), np.sin(angle)]
+    >>> rings = np.r_[circle, 2 * circle]
+    >>> SMCE(n_clusters=2, n_neighbors=6, random_state=0).fit_predict(rings)[::8]
+    array([0, 0, 0, 0, 0, 1, 1, 1, 1, 1])
+    """
+
+    _parameter_constraints: ClassVar[dict[str, list[Any]]] = {
+        "n_clusters": [Interval(Integral, 1, None, closed="left"), None],
+        "regularization": [Interval(Real, 0, None, closed="left")],
+        "n_neighbors": [Interval(Integral, 1, None, closed="left")],
+        "form": [StrOptions({"normalized", "raw"})],
+        "prune": [Interval(Real, 0, 1, closed="right")],
+        "max_clusters": [Interval(Integral, 1, None, closed="left")],
+        "random_state": ["random_state"],
+    }
+
+    def __init__(
+        self,
+        n_clusters: int | None = None,
+        *,
+        regularization: float = 10.0,
+        n_neighbors: int = 20,
+        form: str = "normalized",
+        prune: float = 0.95,
+        max_clusters: int = 10,
+        random_state: int | np.random.RandomState | None = None,
+    ) -> None:
+        self.n_clusters = n_clusters
+        self.regularization = regularization
+        self.n_neighbors = n_neighbors
+        self.form = form
+        self.prune = prune
+        self.max_clusters = max_clusters
+        self.random_state = random_state
+
+    def fit(self, X: Any, y: Any = None) -> Self:  # noqa: ARG002
+        """Find the charts.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_samples, n_features)
+            Points on the manifold; at least two.
+        y : None
+            Ignored; present by convention.
+
+        Returns
+        -------
+        SMCE
+            The fitted clusterer.
+
+        Raises
+        ------
+        ValueError
+            If a parameter is out of range, or `X` is not finite or too small.
+        """
+        self._validate_params()
+        X = validate_data(self, X, dtype=np.float64, ensure_min_samples=2)
+        n_samples, seed = len(X), _seed(self.random_state)
+        if self.n_clusters is not None and self.n_clusters > n_samples:
+            raise ValueError(
+                f"n_clusters={self.n_clusters} must be at most n_samples={n_samples}."
+            )
+        search = NearestNeighbors(
+            n_neighbors=min(self.n_neighbors, n_samples - 1), algorithm="kd_tree"
+        )
+        neighbors = search.fit(X).kneighbors(return_distance=False)
+        differences = X[neighbors] - X[:, None]
+        distances = np.linalg.norm(differences, axis=2)
+        is_normalized = self.form == "normalized"
+        coef, self.objective_ = _reconstruct(
+            differences, distances, self.regularization, is_normalized
+        )
+        weights = abs(coef)
+        if is_normalized:  # distance zero: a copy, and only copies have weight then
+            weights = weights / np.where(distances > 0, distances, 1.0)
+        directed = _to_sparse(_prune(weights, self.prune), neighbors)
+        self.coef_ = _to_sparse(coef, neighbors)
+        self.affinity_matrix_ = directed.maximum(directed.T).tocsr()
+
+        curve_length = min(self.max_clusters, n_samples)
+        self.eigenvalues_, vectors = _laplacian_eigen(
+            self.affinity_matrix_, max(self.n_clusters or 1, curve_length), seed
+        )
+        self.elbow_curve_ = np.array(
+            [
+                _within_chart_squares(X, _cluster(_unit_rows(vectors[:, :s]), seed))
+                for s in range(1, curve_length + 1)
+            ]
+        )
+        n_clusters = self.n_clusters or _elbow(self.elbow_curve_)
+        self.embedding_ = _unit_rows(vectors[:, :n_clusters])
+        self.labels_ = _cluster(self.embedding_, seed)
+        self.n_clusters_ = int(self.labels_.max()) + 1
+        return self
+
+
+def _seed(random_state: int | np.random.RandomState | None) -> int:
+    """Turn any random_state into an int without touching NumPy's global state."""
+    if random_state is None:
+        return int(np.random.default_rng().integers(2**31 - 1))
+    if isinstance(random_state, Integral):
+        return int(random_state)
+    return int(check_random_state(random_state).randint(2**31 - 1))
+
+
+def _reconstruct(
+    differences: Array, distances: Array, regularization: float, is_normalized: bool
+) -> tuple[Array, Array]:
+    """Return each point's coefficients over its neighbours, and its objective."""
+    copies = distances <= _COPY * distances.max(axis=1, keepdims=True)
+    columns = differences.transpose(0, 2, 1)  # (n_points, n_features, n_neighbors)
+    if is_normalized:
+        columns = columns / np.where(copies, np.inf, distances)[:, None]
+    totals = distances.sum(axis=1, keepdims=True)
+    penalty = regularization * distances / np.where(totals, totals, 1.0)  # Eq. 4
+    coef = copies / np.maximum(copies.sum(axis=1, keepdims=True), 1)
+    rest = ~copies.any(axis=1)
+    if rest.any():
+        coef[rest] = _solve(columns[rest], penalty[rest])
+    errors = np.einsum("ijk,ik->ij", columns, coef)
+    return coef, (penalty * abs(coef)).sum(axis=1) + 0.5 * (errors**2).sum(axis=1)
+
+
+def _solve(columns: Array, penalty: Array) -> Array:
+    """Minimise penalty @ |c| + |columns @ c|^2 / 2 with sum(c) = 1, for every point."""
+    n_points, n_neighbors = penalty.shape
+    nearest = penalty[:, :1] + 0.5 * (columns[:, :, 0] ** 2).sum(axis=1, keepdims=True)
+    factors = np.linalg.qr(columns / np.sqrt(nearest)[:, :, None], mode="r")
+    errors = sp.block_diag(list(factors), format="csc")
+    sums = sp.kron(sp.eye_array(n_points), np.ones((1, n_neighbors)), format="csc")
+    c = cp.Variable(n_points * n_neighbors)
+    cost = (penalty / nearest).ravel() @ cp.abs(c) + 0.5 * cp.sum_squares(errors @ c)
+    program = cp.Problem(cp.Minimize(cost), [sums @ c == 1])  # Eq. 3, for all i
+    with warnings.catch_warnings():  # the reduced tolerances are accurate enough
+        warnings.filterwarnings("ignore", "Solution may be inaccurate", UserWarning)
+        program.solve(solver=cp.CLARABEL, **_TOLERANCES)
+    if program.status not in (cp.OPTIMAL, cp.OPTIMAL_INACCURATE):
+        raise ValueError(
+            f"The solver found no reconstruction (status {program.status!r}). "
+            "Rescale X, raise regularization or use form='normalized'."
+        )
+    coef = np.asarray(c.value).reshape(n_points, n_neighbors)
+    coef[abs(coef) < _ZERO] = 0.0
+    return np.asarray(coef / coef.sum(axis=1, keepdims=True))
+
+
+def _prune(weights: Array, share: float) -> Array:
+    """Normalise rows to sum to one; keep the largest entries that hold `share`."""
+    weights = weights / weights.sum(axis=1, keepdims=True)
+    order = np.argsort(-weights, axis=1, kind="stable")
+    largest_first = np.take_along_axis(weights, order, axis=1)
+    held_before = largest_first.cumsum(axis=1) - largest_first
+    kept = np.where(held_before < share, largest_first, 0.0)
+    np.put_along_axis(weights, order, kept, axis=1)
+    return np.asarray(weights)
+
+
+def _to_sparse(rows: Array, neighbors: NDArray[np.intp]) -> sp.csr_array:
+    n_points, n_neighbors = rows.shape
+    starts = np.arange(0, rows.size + 1, n_neighbors)
+    entries = (rows.ravel(), neighbors.ravel(), starts)
+    matrix = sp.csr_array(entries, shape=(n_points, n_points), copy=True)
+    matrix.eliminate_zeros()
+    matrix.sort_indices()
+    return matrix
+
+
+def _laplacian_eigen(affinity: sp.csr_array, k: int, seed: int) -> tuple[Array, Array]:
+    """Return eigenvalues (ascending) and the first k vectors of the Laplacian."""
+    n_points = affinity.shape[0]
+    scale = sp.diags_array(1 / np.sqrt(affinity.sum(axis=1)))
+    laplacian = sp.eye_array(n_points) - scale @ affinity @ scale
+    if n_points <= _LARGEST_DENSE:
+        values, vectors = eigh(laplacian.toarray())
+    else:  # shift-invert: the small eigenvalues of a long chain lie very close
+        start = np.random.default_rng(seed).standard_normal(n_points)
+        values, vectors = eigsh(laplacian.tocsc(), k, sigma=-1e-3, v0=start)
+        order = np.argsort(values)
+        values, vectors = values[order], vectors[:, order]
+    return np.clip(values, 0.0, 2.0), vectors[:, :k]
+
+
+def _unit_rows(vectors: Array) -> Array:
+    lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return np.asarray(vectors / np.where(lengths > 0, lengths, 1.0))
+
+
+def _cluster(embedding: Array, seed: int) -> NDArray[np.intp]:
+    """Find as many clusters as there are columns; number them as they appear."""
+    with warnings.catch_warnings():  # fewer distinct rows than charts: see n_clusters_
+        warnings.filterwarnings("ignore", "Number of distinct", ConvergenceWarning)
+        k_means = KMeans(embedding.shape[1], n_init=10, random_state=seed)
+        found = k_means.fit_predict(embedding)
+    _, first, inverse = np.unique(found, return_index=True, return_inverse=True)
+    return np.argsort(np.argsort(first))[inverse]
+
+
+def _within_chart_squares(X: Array, labels: NDArray[np.intp]) -> float:
+    members = np.eye(labels.max() + 1)[labels]
+    centers = (members.T @ X) / members.sum(axis=0)[:, None]
+    return float(((X - centers[labels]) ** 2).sum())
+
+
+def _elbow(curve: Array) -> int:
+    """Return the count furthest below the chord; rescaling axes cannot change it."""
+    chord = np.linspace(curve[0], curve[-1], len(curve))
+    return int(np.argmax(chord - curve)) + 1

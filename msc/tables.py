@@ -1,0 +1,211 @@
+"""Tables of searched policies: their columns, reading, writing, checksums.
+
+A folder of tables carries a `datapackage.json` (Frictionless Data Package): columns and
+units, the command that made each table, its seed, the package versions and a SHA-256.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import platform
+import tempfile
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+WEIGHTS = tuple(f"weight_{axis}{number}" for axis in "xy" for number in (1, 2, 3))
+
+COLUMNS: dict[str, tuple[str, str]] = {
+    "task_deg": ("number", "Task angle, counted from the cut (degrees)"),
+    **{name: ("number", "Weight of Eq. 7: an entry of the policy") for name in WEIGHTS},
+    "distance_m": ("number", "Final distance of end effector and target (m)"),
+    "energy_rad2_per_s": ("number", "Integral of the squared joint velocity (rad²/s)"),
+    "cost": ("number", "100/m² · distance² + 0.005 s/rad² · energy"),
+    "cost_distance": ("number", "First term of the cost"),
+    "cost_energy": ("number", "Second term of the cost"),
+    "contact_impulse_n_s": ("number", "Normal force of contacts over time (N s)"),
+    "evaluations": ("integer", "Rollouts that the search took"),
+    "starts": ("integer", "Runs of CMA-ES"),
+    "starts_agreeing": ("integer", "Runs that ended at this policy"),
+    "winner": ("string", "Run that found the policy: a start, or from a neighbour's"),
+    "seed": ("integer", "Seed of the search"),
+}
+
+_NAMED = ("free", "obstacles", "free_test", "obstacles_test")
+_PACKAGES = ("msc", "numpy", "scipy", "cma", "pybullet")
+
+
+def load_dataset(
+    name: str | Path,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], pd.DataFrame]:
+    """Load searched policies.
+
+    Parameters
+    ----------
+    name : str or Path
+        "free", "obstacles", "free_test" or "obstacles_test", looked up in the folder
+        `data` of the current directory or of the repository; or a path to a table.
+
+    Returns
+    -------
+    tasks : ndarray of shape (n_tasks, 1)
+        Task angles in radians, counted from the cut: in [0, 2π), ascending.
+    policies : ndarray of shape (n_tasks, n_params)
+        Their policies.
+    table : DataFrame
+        All columns, in degrees and metres.
+
+    Raises
+    ------
+    ValueError
+        If the file is missing, lacks a column, has duplicate tasks or NaN, or no longer
+        has the checksum that its data package states.
+
+    Examples
+    --------
+    >>> tasks, policies, table = load_dataset("free")
+    >>> tasks.shape[1], policies.shape[1]
+    (1, 6)
+    """
+    path = find_data() / f"{name}.csv" if name in _NAMED else Path(name)
+    if not path.is_file():
+        raise ValueError(
+            f"dataset {str(name)!r} is not there; wanted one of {', '.join(_NAMED)} or "
+            "a path to a table"
+        )
+    _verify(path)
+    table = pd.read_csv(path, float_precision="round_trip")
+    missing = [column for column in COLUMNS if column not in table]
+    if missing:
+        raise ValueError(f"{path.name}: columns missing: {', '.join(missing)}")
+    numbers = table[[name for name, (kind, _) in COLUMNS.items() if kind != "string"]]
+    try:
+        values = numbers.to_numpy(dtype=float)
+    except ValueError as error:
+        raise ValueError(f"{path.name}: wanted numbers: {error}") from None
+    if not np.isfinite(values).all():
+        bad = [name for name in numbers if not np.isfinite(numbers[name]).all()]
+        raise ValueError(f"{path.name}: NaN or infinite values in {', '.join(bad)}")
+    duplicates = table["task_deg"][table["task_deg"].duplicated()].tolist()
+    if duplicates:
+        raise ValueError(f"{path.name}: duplicate tasks at task_deg={duplicates}")
+    table = table.sort_values("task_deg", ignore_index=True)
+    tasks = np.deg2rad(table[["task_deg"]].to_numpy())
+    return tasks, table[list(WEIGHTS)].to_numpy(), table
+
+
+def find_data() -> Path:
+    """Return the folder of the tables: `data` here or in a folder above, or beside msc.
+
+    Returns
+    -------
+    Path
+        The folder.
+    """
+    here = Path.cwd()
+    folders = [here, *here.parents, Path(__file__).resolve().parent.parent]
+    return next(
+        (f / "data" for f in folders if (f / "data" / "datapackage.json").is_file()),
+        folders[-1] / "data",
+    )
+
+
+def save_table(
+    table: pd.DataFrame, path: Path, *, command: str, seed: int, **extra: Any
+) -> None:
+    """Write a table, and what it is into the data package beside it.
+
+    Parameters
+    ----------
+    table : DataFrame
+        Rows with the columns of `COLUMNS`.
+    path : Path
+        Where to, a `.csv` file.
+    command : str
+        The command line that makes it.
+    seed : int
+        The seed of that command.
+    **extra : dict
+        Further facts for the data package.
+    """
+    text = table[list(COLUMNS)].to_csv(index=False, lineterminator="\n")
+    replace_file(path, text)
+    package_file = path.parent / "datapackage.json"
+    package = (
+        json.loads(package_file.read_text())
+        if package_file.is_file()
+        else {"name": "msc-policies", "licenses": [{"name": "CC0-1.0"}]}
+    )
+    others = [r for r in package.get("resources", []) if r["path"] != path.name]
+    data = text.encode()
+    resource = {
+        "name": path.stem.replace("_", "-"),
+        "path": path.name,
+        "profile": "tabular-data-resource",
+        "format": "csv",
+        "encoding": "utf-8",
+        "bytes": len(data),
+        "hash": f"sha256:{hashlib.sha256(data).hexdigest()}",
+        "command": command,
+        "seed": seed,
+        **extra,
+        "versions": {
+            "python": platform.python_version(),
+            **{name: metadata.version(name) for name in _PACKAGES},
+        },
+        "schema": {
+            "fields": [
+                {"name": name, "type": kind, "description": description}
+                for name, (kind, description) in COLUMNS.items()
+            ],
+            "primaryKey": ["task_deg"],
+        },
+    }
+    package["resources"] = sorted([*others, resource], key=lambda r: str(r["path"]))
+    replace_file(package_file, json.dumps(package, indent=2, ensure_ascii=False) + "\n")
+
+
+def replace_file(path: Path, text: str) -> None:
+    """Write a text file whole or not at all.
+
+    Parameters
+    ----------
+    path : Path
+        Where to; its folder is made if it is missing.
+    text : str
+        The new content.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+        Path(name).chmod(0o644)
+        Path(name).replace(path)
+    except BaseException:
+        Path(name).unlink(missing_ok=True)
+        raise
+
+
+def _verify(path: Path) -> None:
+    """Compare a table with the checksum in the data package beside it, if any."""
+    package_file = path.parent / "datapackage.json"
+    if not package_file.is_file():
+        return
+    for resource in json.loads(package_file.read_text()).get("resources", []):
+        if resource["path"] == path.name:
+            found = f"sha256:{hashlib.sha256(path.read_bytes()).hexdigest()}"
+            if found != resource["hash"]:
+                raise ValueError(
+                    f"{path.name}: checksum {found[7:19]}… differs from the data "
+                    f"package's {resource['hash'][7:19]}…; restore the file, or remake "
+                    f"it: {resource['command']}"
+                )

@@ -1,0 +1,263 @@
+"""The world: an arm's dimensions, its home pose, the goal circle, the obstacles.
+
+Lengths are in metres, masses in kilograms, angles in radians unless the name ends
+in ``_deg``. Every constant is an assumption of ours, since the paper gives none:
+the book's ledger says why each is what it is.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+LINK_RADIUS = 0.02  # m; half the thickness of a link
+
+
+class Circle(NamedTuple):
+    """A round obstacle, as seen from above (m)."""
+
+    x: float
+    y: float
+    radius: float
+
+
+def bent_home(
+    link_lengths: tuple[float, float, float], reach: float, heading: float
+) -> tuple[float, float, float]:
+    """Find the pose (q, b, b), b > 0, that puts the end effector at a given place.
+
+    Parameters
+    ----------
+    link_lengths : tuple of float
+        Lengths of the three links (m).
+    reach : float
+        Distance of the end effector from the base (m).
+    heading : float
+        World angle of the end effector as seen from the base (rad).
+
+    Returns
+    -------
+    tuple of float
+        Joint angles (rad).
+
+    Notes
+    -----
+    The squared reach is a quadratic in cos b.
+
+    Examples
+    --------
+    >>> [round(angle, 3) for angle in bent_home((0.40, 0.35, 0.25), 0.85, 0.0)]
+    [-0.587, 0.707, 0.707]
+    """
+    first, second, third = link_lengths
+    quadratic = 4 * first * third
+    linear = 2 * second * (first + third)
+    constant = (first - third) ** 2 + second**2 - reach**2
+    root = math.sqrt(linear**2 - 4 * quadratic * constant)
+    bend = math.acos((root - linear) / (2 * quadratic))
+    tip = first + second * np.exp(1j * bend) + third * np.exp(2j * bend)
+    return (heading - float(np.angle(tip)), bend, bend)
+
+
+_LINKS = (0.40, 0.35, 0.25)
+
+
+@dataclass(frozen=True)
+class Workspace:
+    """A planar three-link arm, a circle of goals around it, and obstacles.
+
+    Parameters
+    ----------
+    name : str
+        What tables and captions call it.
+    link_lengths, link_masses : tuple of float
+        Lengths (m) and masses (kg) of the links, from the base outwards.
+    home : tuple of float
+        Joint angles at the start of every movement (rad). The default puts the end
+        effector 0.85 m from the base towards 225°: outside the range of the goal
+        circle's coordinates in *both* dimensions, so that goal minus start (Eq. 5)
+        never vanishes.
+    goal_radius : float
+        Radius of the circle of goals around the base (m).
+    cut_deg : float
+        World angle at which the task angle is 0° (degrees): where reaching round
+        either side costs the same without obstacles, measured by `msc survey cut`.
+    circles : tuple of Circle
+        The obstacles.
+
+    Raises
+    ------
+    ValueError
+        If the goal circle is out of the arm's reach, or passes through an obstacle.
+
+    Examples
+    --------
+    >>> free = Workspace.free()
+    >>> bool(np.allclose(free.target(0), free.target(360)))
+    True
+    """
+
+    name: str = "free"
+    link_lengths: tuple[float, float, float] = _LINKS
+    link_masses: tuple[float, float, float] = (1.0, 0.8, 0.5)
+    home: tuple[float, float, float] = bent_home(_LINKS, 0.85, math.radians(225))
+    goal_radius: float = 0.45
+    cut_deg: float = 70.5
+    circles: tuple[Circle, ...] = ()
+
+    def __post_init__(self) -> None:
+        """Refuse a circle of goals that no movement could reach."""
+        farthest = sum(self.link_lengths)
+        nearest = max(0.0, 2 * max(self.link_lengths) - farthest)
+        if not nearest < self.goal_radius < farthest:
+            raise ValueError(
+                f"goal_radius={self.goal_radius} m is out of the arm's reach; wanted "
+                f"a radius between {nearest:g} m and {farthest:g} m"
+            )
+        for circle in self.circles:
+            gap = abs(math.hypot(circle.x, circle.y) - self.goal_radius)
+            if gap < circle.radius:
+                raise ValueError(
+                    f"circles: the goals pass through the obstacle {tuple(circle)} and "
+                    "cannot be reached; wanted obstacles clear of the goal circle"
+                )
+
+    @classmethod
+    def free(cls) -> Workspace:
+        """Return the workspace without obstacles (Experiment 1 of the paper)."""
+        return cls()
+
+    @classmethod
+    def obstacles(cls) -> Workspace:
+        """Return the workspace with obstacles (Experiment 2 of the paper).
+
+        Notes
+        -----
+        The layout is `random_circles` of the first seed that fulfils the premise of
+        Experiment 2, found by `msc survey layout` before any regression was fitted.
+        """
+        return cls(name="obstacles", circles=random_circles(LAYOUT_SEED))
+
+    @classmethod
+    def named(cls, name: str) -> Workspace:
+        """Return the ready workspace of that name.
+
+        Raises
+        ------
+        ValueError
+            If there is none.
+        """
+        if name not in ("free", "obstacles"):
+            raise ValueError(
+                f"workspace={name!r} is unknown; wanted 'free' or 'obstacles'"
+            )
+        return cls.free() if name == "free" else cls.obstacles()
+
+    def target(self, task_deg: ArrayLike) -> NDArray[np.float64]:
+        """Place the goal of a task.
+
+        Parameters
+        ----------
+        task_deg : float or array_like
+            Task angles, counted from the cut (degrees); taken modulo 360.
+
+        Returns
+        -------
+        ndarray of shape (..., 2)
+            Coordinates of the goals (m).
+
+        Raises
+        ------
+        ValueError
+            If an angle is not a finite number.
+        """
+        angle = np.asarray(task_deg, dtype=float)
+        if not np.isfinite(angle).all():
+            raise ValueError(f"task_deg={task_deg} is not finite; wanted degrees")
+        angle = np.deg2rad(np.mod(angle, 360.0) + self.cut_deg)
+        return self.goal_radius * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+
+
+LAYOUT_SEED = 0
+
+
+def random_circles(seed: int) -> tuple[Circle, ...]:
+    """Draw a layout of three or four obstacles.
+
+    Centres lie 0.55 to 0.80 m from the base, radii are 0.04 to 0.07 m; every obstacle
+    stays 3 cm clear of the arm in its home pose and of the other obstacles.
+
+    Parameters
+    ----------
+    seed : int
+        Seed of the draw.
+
+    Returns
+    -------
+    tuple of Circle
+        The layout.
+
+    Examples
+    --------
+    >>> random_circles(0) == random_circles(0)
+    True
+    """
+    rng = np.random.default_rng(seed)
+    home = chain(Workspace.home, Workspace.link_lengths)
+    n_circles = int(rng.integers(3, 5))
+    circles: list[Circle] = []
+    while len(circles) < n_circles:
+        distance, angle = rng.uniform(0.55, 0.80), rng.uniform(0, 2 * math.pi)
+        candidate = Circle(
+            x=distance * math.cos(angle),
+            y=distance * math.sin(angle),
+            radius=rng.uniform(0.04, 0.07),
+        )
+        others = (
+            math.hypot(candidate.x - other.x, candidate.y - other.y) - other.radius
+            for other in circles
+        )
+        gap = min([_clearance(home, candidate), *others]) - candidate.radius
+        if gap > 0.03:
+            circles.append(candidate)
+    return tuple(circles)
+
+
+def chain(joints: ArrayLike, link_lengths: ArrayLike) -> NDArray[np.float64]:
+    """Place the arm's joints and its end effector (forward kinematics).
+
+    Parameters
+    ----------
+    joints : array_like of shape (..., 3)
+        Joint angles, each relative to the link before (rad).
+    link_lengths : array_like of shape (3,)
+        Lengths of the links (m).
+
+    Returns
+    -------
+    ndarray of shape (..., 4, 2)
+        The base, the two joints further out and the end effector (m).
+
+    Examples
+    --------
+    >>> chain([0.0, 0.0, 0.0], [0.40, 0.35, 0.25])[-1]
+    array([1., 0.])
+    """
+    heading = np.cumsum(np.asarray(joints, dtype=float), axis=-1)
+    links = np.stack([np.cos(heading), np.sin(heading)], axis=-1)
+    links = links * np.asarray(link_lengths, dtype=float)[:, None]
+    base = np.zeros((*heading.shape[:-1], 1, 2))
+    return np.concatenate([base, np.cumsum(links, axis=-2)], axis=-2)
+
+
+def _clearance(points: NDArray[np.float64], circle: Circle) -> float:
+    """Return the gap between the links through `points` and a circle's centre (m)."""
+    starts, steps = points[:-1], np.diff(points, axis=0)
+    centre = np.array([circle.x, circle.y])
+    along = np.sum((centre - starts) * steps, axis=1) / np.sum(steps**2, axis=1)
+    nearest = starts + np.clip(along, 0, 1)[:, None] * steps
+    return float(np.hypot(*(centre - nearest).T).min()) - LINK_RADIUS

@@ -1,0 +1,81 @@
+"""The modules stand in a row, and each imports only from those before it."""
+
+import ast
+from pathlib import Path
+
+import pytest
+
+PACKAGE = Path(__file__).parents[1] / "msc"
+
+ROW = [
+    "workspace",
+    "dmp",
+    "kinematics",
+    "arm",
+    "search",
+    "tables",
+    "dataset",
+    "jumps",
+    "survey",
+    "smce",
+    "skill",
+    "crkr",
+    "evaluation",
+    "claims",
+    "plots",
+    "notebook",
+    "chapters",
+    "book",
+    "cli",
+]
+ROBOT = set(ROW[: ROW.index("smce")]) - {"tables", "jumps"}
+LEARNERS = {"smce", "skill", "crkr"}
+ONLY_IN = {
+    "pybullet": {"arm"},
+    "pybullet_data": {"arm"},
+    "pybullet_utils": {"arm"},
+    "cma": {"search"},
+}
+
+MODULES = sorted(path.stem for path in PACKAGE.glob("*.py") if path.stem[0] != "_")
+
+
+def imported(name: str) -> tuple[set[str], set[str]]:
+    """Return what `msc/<name>.py` imports anywhere: from msc, and from elsewhere."""
+    own, others = set(), set()
+    for node in ast.walk(ast.parse((PACKAGE / f"{name}.py").read_text("utf-8"))):
+        if isinstance(node, ast.Import):
+            names = [alias.name for alias in node.names]
+        elif isinstance(node, ast.ImportFrom) and node.module == "msc":
+            names = [f"msc.{alias.name}" for alias in node.names]
+        elif isinstance(node, ast.ImportFrom):
+            assert node.level == 0, f"msc/{name}.py has a relative import"
+            names = [node.module or ""]
+        else:
+            continue
+        for full in names:
+            top, _, rest = full.partition(".")
+            (own if top == "msc" else others).add(rest if top == "msc" else top)
+    return own, others
+
+
+def test_every_module_has_its_place():
+    assert set(MODULES) <= set(ROW), "give the new module its place in ROW"
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_imports_only_from_modules_before_it(name):
+    own, _ = imported(name)
+    assert own <= set(ROW[: ROW.index(name)])
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_pybullet_and_cma_have_one_module_each(name):
+    _, others = imported(name)
+    assert all(name in ONLY_IN.get(package, {name}) for package in others)
+
+
+@pytest.mark.parametrize("name", sorted(LEARNERS & set(MODULES)))
+def test_learners_know_nothing_of_robots(name):
+    own, _ = imported(name)
+    assert not own & ROBOT

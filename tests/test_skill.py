@@ -1,0 +1,369 @@
+import pickle
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from sklearn.base import BaseEstimator, ClusterMixin, clone
+from sklearn.cluster import DBSCAN, KMeans
+from sklearn.dummy import DummyClassifier
+from sklearn.ensemble import RandomForestRegressor
+from sklearn.gaussian_process import GaussianProcessRegressor
+from sklearn.gaussian_process.kernels import RBF
+from sklearn.kernel_ridge import KernelRidge
+from sklearn.linear_model import LinearRegression, LogisticRegression
+from sklearn.neighbors import KNeighborsRegressor
+from sklearn.utils.estimator_checks import parametrize_with_checks
+
+import msc.skill
+from msc.skill import ParameterizedSkill, gaussian_process
+from msc.smce import SMCE
+
+tasks = np.linspace(0, 2 * np.pi, 48, endpoint=False)[:, None]
+pieces = np.repeat([0, 1, 2], 16)
+offsets = np.array([[0.0, 0.0], [6.0, -4.0], [-5.0, 5.0]])
+policies = np.c_[np.sin(tasks), np.cos(tasks)] + offsets[pieces]
+new_tasks = tasks[:-1] + 0.04
+
+
+class Given(ClusterMixin, BaseEstimator):
+    """Charts decided beforehand."""
+
+    def __init__(self, labels=None):
+        self.labels = labels
+
+    def fit_predict(self, X, y=None):
+        return np.asarray(self.labels)
+
+
+def fast(charts="smce", **parameters):
+    parameters = {"regressor": KernelRidge(alpha=1e-6, kernel="rbf"), **parameters}
+    return ParameterizedSkill(charts, random_state=0, **parameters)
+
+
+# Charts
+
+
+def test_charts_are_those_of_smce_on_the_policies():
+    skill = fast().fit(tasks, policies)
+    expected = SMCE(random_state=0).fit_predict(policies)
+    np.testing.assert_array_equal(skill.charts_, expected)
+    assert skill.n_charts_ == len(set(expected)) == len(skill.regressors_)
+    np.testing.assert_array_equal(skill.clusterer_.labels_, expected)
+
+
+@pytest.mark.parametrize("charts", [KMeans(3), SMCE(3, n_neighbors=6)])
+def test_any_clusterer_finds_the_charts(charts):
+    skill = fast(charts).fit(tasks, policies)
+    assert skill.n_charts_ == 3
+    assert len(set(zip(pieces, skill.charts_, strict=True))) == 3
+    assert not hasattr(charts, "labels_")
+
+
+def test_noise_is_a_chart_of_its_own():
+    skill = fast(DBSCAN(eps=1, min_samples=3)).fit(
+        np.r_[tasks, [[7.0]]], np.r_[policies, [[99.0, 99.0]]]
+    )
+    assert skill.clusterer_.labels_[-1] == -1
+    assert skill.n_charts_ == 4
+    assert (skill.charts_ == skill.charts_[-1]).sum() == 1
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.lists(st.integers(-1, 3), min_size=48, max_size=48))
+def test_each_chart_is_fitted_and_predicted_alone(labels):
+    skill = fast(Given(labels)).fit(tasks, policies)
+    np.testing.assert_array_equal(
+        skill.charts_, np.unique(labels, return_inverse=True)[1]
+    )
+    predicted = skill.predict(new_tasks, chart=skill.charts_[:-1])
+    for c in range(skill.n_charts_):
+        mine = skill.charts_ == c
+        if mine.sum() > 1:
+            alone = clone(skill.regressor).fit(tasks[mine], policies[mine])
+            expected = alone.predict(new_tasks[mine[:-1]].reshape(-1, 1))
+        else:
+            expected = np.broadcast_to(policies[mine], (mine[:-1].sum(), 2))
+        np.testing.assert_allclose(predicted[mine[:-1]], expected, atol=1e-9)
+
+
+def test_charts_save_what_a_single_regression_smears():
+    truth = np.c_[np.sin(new_tasks), np.cos(new_tasks)] + offsets[pieces[:-1]]
+
+    def error(skill, **known):
+        predicted = skill.fit(tasks, policies).predict(new_tasks, **known)
+        return ((predicted - truth) ** 2).mean()
+
+    charts = ParameterizedSkill(KMeans(3), random_state=0)
+    single = error(ParameterizedSkill(None))
+    known = clone(charts).fit(tasks, policies).charts_[:-1]
+    assert error(charts) < 0.1 * single
+    assert error(charts, chart=known) < 1e-6
+
+
+# One chart is a plain regression
+
+
+@pytest.mark.parametrize("return_std", [False, True])
+def test_one_chart_is_the_plain_gaussian_process(return_std):
+    skill = ParameterizedSkill(None, random_state=0).fit(tasks, policies)
+    predicted = skill.predict(new_tasks, return_std=return_std)
+    plain = [gaussian_process().fit(tasks, y) for y in policies.T]
+    expected = [gp.predict(new_tasks, return_std=return_std) for gp in plain]
+    np.testing.assert_array_equal(predicted, np.stack(expected, axis=-1))
+    assert isinstance(skill.gate_, DummyClassifier)
+    assert skill.clusterer_ is None
+    np.testing.assert_array_equal(skill.predict_chart(new_tasks), 0)
+
+
+def test_a_given_regressor_is_cloned_per_chart_and_dimension():
+    model = RandomForestRegressor(5)
+    skill = fast(KMeans(3), regressor=model).fit(tasks, policies)
+    flat = [regressor for chart in skill.regressors_ for regressor in chart]
+    assert len({id(regressor) for regressor in flat}) == 6
+    assert not hasattr(model, "estimators_")
+    assert model.random_state is None
+    again = clone(skill).fit(tasks, policies)
+    np.testing.assert_array_equal(again.predict(tasks), skill.predict(tasks))
+
+
+@pytest.mark.parametrize("charts", ["smce", None])
+def test_one_dimension_in_one_dimension_out(charts):
+    flat = fast(charts).fit(tasks, policies[:, 0])
+    column = fast(charts).fit(tasks, policies[:, :1])
+    assert flat.predict(new_tasks).shape == (47,)
+    np.testing.assert_array_equal(
+        flat.predict(new_tasks), column.predict(new_tasks)[:, 0]
+    )
+
+
+def test_tasks_of_several_parameters():
+    grid = np.random.default_rng(0).uniform(0, 3, (40, 3))
+    y = np.c_[grid.sum(axis=1), np.sin(grid).prod(axis=1)]
+    skill = ParameterizedSkill(KMeans(2), random_state=0).fit(grid, y)
+    mean, std = skill.predict(grid, return_std=True)
+    assert mean.shape == std.shape == (40, 2)
+    np.testing.assert_allclose(mean, y, atol=0.1)
+
+
+# The default Gaussian process
+
+
+def likelihoods(y, X=tasks):
+    """Compare ours with the best of many random restarts."""
+    ours = gaussian_process()
+    theirs = GaussianProcessRegressor(
+        ours.kernel, normalize_y=True, n_restarts_optimizer=12, random_state=0
+    )
+    return [gp.fit(X, y).log_marginal_likelihood_value_ for gp in (ours, theirs)]
+
+
+@pytest.mark.filterwarnings("ignore::sklearn.exceptions.ConvergenceWarning")
+@pytest.mark.parametrize("step", [1, 2, 4, 8])
+def test_fixed_starts_find_what_many_random_ones_find(step):
+    t = tasks[:, 0]
+    for y in (
+        np.sin(2 * t),
+        np.sin(t) + 0.1 * np.random.default_rng(0).normal(size=48),
+        policies[:, 0],
+        np.sin(t) + 5 * (t > 1) - 4 * (t > 3) + 2 * (t > 4.7),
+    ):
+        ours, theirs = likelihoods(y[::step], tasks[::step])
+        assert ours > theirs - 0.01
+
+
+@pytest.mark.parametrize("y", [np.ones(48), tasks[:, 0], tasks[:, 0] ** 2])
+@pytest.mark.parametrize("step", [1, 8])
+def test_gaussian_process_follows_simple_shapes_without_a_warning(y, step):
+    gp = gaussian_process().fit(tasks[::step], y[::step])
+    inner = slice(0, 40)
+    np.testing.assert_allclose(gp.predict(tasks[inner]), y[inner], atol=0.35)
+    np.testing.assert_allclose(gp.predict(tasks[::step]), y[::step], atol=1e-2)
+
+
+def test_gaussian_process_has_no_randomness():
+    one, other = (gaussian_process().fit(tasks, policies[:, 0]) for _ in range(2))
+    np.testing.assert_array_equal(one.kernel_.theta, other.kernel_.theta)
+
+
+# Small charts
+
+
+def test_a_chart_of_one_task_is_constant_and_unsure():
+    skill = ParameterizedSkill(Given([0] * 47 + [1])).fit(tasks, policies)
+    mean, std = skill.predict([[0.0], [9.0]], return_std=True, chart=[1, 1])
+    np.testing.assert_array_equal(mean, policies[[47, 47]])
+    np.testing.assert_allclose(std, [policies.std(axis=0)] * 2)
+
+
+def test_a_single_task():
+    mean, std = (
+        ParameterizedSkill(None).fit([[1.0]], [[2.0, 3.0]]).predict([[5.0]], True)
+    )
+    np.testing.assert_array_equal(mean, [[2.0, 3.0]])
+    np.testing.assert_array_equal(std, 0)
+
+
+def test_a_chart_of_two_tasks_keeps_the_initial_hyper_parameters():
+    skill = ParameterizedSkill(None).fit([[0.0], [1.0]], [[2.0], [3.0]])
+    gp = skill.regressors_[0][0]
+    np.testing.assert_array_equal(gp.kernel_.theta, gaussian_process().kernel.theta)
+    np.testing.assert_allclose(skill.predict([[0.0], [1.0]]), [[2], [3]], atol=2e-3)
+    np.testing.assert_allclose(skill.predict([[0.5]]), [[2.5]])  # half-way: the mean
+
+
+@pytest.mark.parametrize("n_tasks", [2, 3, 4, 5, 8])
+def test_few_tasks(n_tasks):
+    few = slice(0, 48, 48 // n_tasks)
+    skill = ParameterizedSkill(random_state=0).fit(tasks[few], policies[few])
+    mean, std = skill.predict(new_tasks, return_std=True)
+    assert np.isfinite(mean).all()
+    assert (std > 0).all()
+
+
+def test_equal_tasks_and_equal_policies():
+    for X, y in ((np.ones((9, 1)), policies[:9]), (tasks[:9], np.ones((9, 2)))):
+        skill = ParameterizedSkill(random_state=0).fit(X, y)
+        assert np.isfinite(skill.predict(X)).all()
+
+
+# The gate
+
+
+@pytest.mark.parametrize("gate", ["nearest", "svm", "gp", LogisticRegression()])
+def test_every_gate_learns_contiguous_charts(gate):
+    skill = fast(Given(pieces), gate=gate).fit(tasks, policies)
+    charts = skill.predict_chart(tasks)
+    assert (charts == pieces).mean() > 0.8
+    if isinstance(gate, str):
+        np.testing.assert_array_equal(charts, pieces)
+    by_gate = skill.predict(tasks)
+    np.testing.assert_array_equal(by_gate, skill.predict(tasks, chart=charts))
+
+
+def test_nearest_gate_takes_the_nearest_training_task():
+    skill = fast(Given(pieces)).fit(tasks, policies)
+    found = skill.predict_chart(new_tasks)
+    nearest = abs(new_tasks - tasks.T).argmin(axis=1)
+    np.testing.assert_array_equal(found, pieces[nearest])
+
+
+@pytest.mark.parametrize("gate", ["nearest", "svm", "gp"])
+def test_a_gate_for_one_chart_is_trivial(gate):
+    skill = fast(Given(np.zeros(48, int)), gate=gate).fit(tasks, policies)
+    assert isinstance(skill.gate_, DummyClassifier)
+    np.testing.assert_array_equal(skill.predict_chart(tasks), 0)
+
+
+def test_known_charts_overrule_the_gate():
+    skill = fast(Given(pieces)).fit(tasks, policies)
+    here, there = (skill.predict([[0.5]], chart=[c])[0, 0] for c in (0, 1))
+    assert abs(here - np.sin(0.5)) < 0.01
+    assert abs(there - here) > 1
+
+
+# Errors
+
+
+@pytest.mark.parametrize(
+    ("parameters", "message"),
+    [
+        ({"charts": "kmeans"}, "'charts' parameter of ParameterizedSkill.*'kmeans'"),
+        ({"charts": 4}, "'charts' parameter of ParameterizedSkill.*Got 4"),
+        ({"gate": "magic"}, "'gate' parameter of ParameterizedSkill.*'magic'"),
+        ({"gate": None}, "'gate' parameter of ParameterizedSkill.*Got None"),
+        ({"regressor": "gp"}, "'regressor' parameter of ParameterizedSkill.*'gp'"),
+        ({"charts": SMCE(49)}, "n_clusters=49 must be at most n_samples=48"),
+        ({"charts": KMeans(49)}, "n_samples=48 should be >= n_clusters=49"),
+    ],
+)
+def test_parameters_out_of_range(parameters, message):
+    with pytest.raises(ValueError, match=message):
+        ParameterizedSkill(**parameters).fit(tasks, policies)
+
+
+@pytest.mark.parametrize(
+    ("chart", "message"),
+    [
+        ([0, 1, 3], r"chart must hold integers from 0 to 2. Got \[3\]"),
+        ([0, 1, -1], r"chart must hold integers from 0 to 2. Got \[-1\]"),
+        ([0, 1, 0.5], r"chart must hold integers from 0 to 2. Got \[0.5\]"),
+        ([0, 1, np.nan], r"chart must hold integers from 0 to 2. Got \[nan\]"),
+        (["0", "1", "2"], "chart must hold integers from 0 to 2"),
+        ([0, 1], r"chart must have shape \(3,\).*Got shape \(2,\)"),
+        (1, r"chart must have shape \(3,\).*Got shape \(\)"),
+        ([[0], [1], [2]], r"chart must have shape \(3,\).*Got shape \(3, 1\)"),
+    ],
+)
+def test_known_charts_out_of_range(chart, message):
+    skill = fast(Given(pieces)).fit(tasks, policies)
+    with pytest.raises(ValueError, match=message):
+        skill.predict(tasks[:3], chart=chart)
+
+
+def test_data_out_of_range():
+    with pytest.raises(ValueError, match="inconsistent numbers of samples"):
+        fast().fit(tasks, policies[:-1])
+    with pytest.raises(ValueError, match="Input X contains NaN"):
+        fast().fit([[0.0], [np.nan]], policies[:2])
+    with pytest.raises(ValueError, match="Input y contains NaN"):
+        fast().fit(tasks[:2], [[0.0], [np.nan]])
+    with pytest.raises(ValueError, match="minimum of 2 is required by SMCE"):
+        fast().fit(tasks[:1], policies[:1])
+    with pytest.raises(ValueError, match="X has 2 features"):
+        fast(None).fit(tasks, policies).predict([[0.0, 1.0]])
+
+
+def test_a_regressor_without_standard_deviation_says_so():
+    skill = fast(None, regressor=KNeighborsRegressor()).fit(tasks, policies)
+    with pytest.raises(ValueError, match=r"return_std=True.*KNeighborsRegressor"):
+        skill.predict(tasks, return_std=True)
+
+
+# Manners
+
+
+def test_randomness_is_local_and_repeatable():
+    before = np.random.get_state()[1].copy()  # noqa: NPY002
+    for charts in ("smce", KMeans(3), SMCE(3)):
+        for seed in (None, np.random.RandomState(1)):
+            regressor = RandomForestRegressor(2)
+            ParameterizedSkill(
+                charts, gate="svm", regressor=regressor, random_state=seed
+            ).fit(tasks, policies)
+    after = np.random.get_state()[1]  # noqa: NPY002
+    np.testing.assert_array_equal(before, after)
+
+
+def test_a_seed_of_ones_own_is_kept():
+    charts = KMeans(3, random_state=7)
+    assert fast(charts).fit(tasks, policies).clusterer_.random_state == 7
+    assert fast(KMeans(3)).fit(tasks, policies).clusterer_.random_state == 0
+
+
+@pytest.mark.parametrize("gate", ["nearest", "svm", "gp"])
+def test_pickle_and_clone(gate):
+    skill = ParameterizedSkill(KMeans(3), gate=gate, random_state=0)
+    skill.fit(tasks[::2], policies[::2])
+    copy = pickle.loads(pickle.dumps(skill))
+    np.testing.assert_array_equal(copy.predict(tasks), skill.predict(tasks))
+    fresh = clone(skill)
+    assert not hasattr(fresh, "charts_")
+    np.testing.assert_array_equal(
+        fresh.fit(tasks[::2], policies[::2]).predict(tasks), skill.predict(tasks)
+    )
+
+
+def test_nothing_of_the_search_is_shared_between_fits():
+    starts = (msc.skill._LENGTH_SCALES, msc.skill._NOISES)
+    gp = GaussianProcessRegressor(RBF(2.0), optimizer=None)
+    fast(None, regressor=gp).fit(tasks, policies)
+    assert not hasattr(gp, "kernel_")
+    assert starts == (msc.skill._LENGTH_SCALES, msc.skill._NOISES)
+
+
+@parametrize_with_checks(
+    [ParameterizedSkill(), ParameterizedSkill(KMeans(2), regressor=LinearRegression())]
+)
+def test_scikit_learn(estimator, check):
+    check(estimator)

@@ -1,0 +1,403 @@
+import pickle
+from pathlib import Path
+
+import cvxpy as cp
+import numpy as np
+import pytest
+import scipy.sparse as sp
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.sparse.csgraph import connected_components
+from sklearn.base import clone
+from sklearn.utils.estimator_checks import parametrize_with_checks
+
+import msc.smce
+from msc.smce import SMCE
+
+GOLDEN = Path(__file__).parent / "golden"
+FORMS = ("normalized", "raw")
+
+line = np.load(GOLDEN / "smce_analytic_line.npz")
+curve4 = np.load(GOLDEN / "smce_curve4_n48.npz")
+curve4_points = curve4["X"].T
+curve4_pieces = curve4["gtruth"] - 1
+
+
+def random_points(seed, n_points=30, n_features=3):
+    return np.random.default_rng(seed).normal(size=(n_points, n_features))
+
+
+def programs(model, X):
+    """Yield each point's program: neighbours, weights q, columns of Y, coefficients."""
+    coef = model.coef_.toarray()
+    n_neighbors = min(model.n_neighbors, len(X) - 1)
+    for i in range(len(X)):
+        others = np.delete(np.arange(len(X)), i)
+        distances = np.linalg.norm(X[others] - X[i], axis=1)
+        nearest = np.argsort(distances)[:n_neighbors]
+        others, distances = others[nearest], distances[nearest]
+        columns = (X[others] - X[i]).T
+        if model.form == "normalized":
+            columns = columns / distances
+        assert set(np.flatnonzero(coef[i])) <= set(others)
+        yield others, distances / distances.sum(), columns, coef[i, others]
+
+
+def duality_gap(penalty, columns, c):
+    """Bound how far c is from the optimum, relative to its objective.
+
+    By duality, nu - |r|^2 / 2 is a lower bound for every r and nu with
+    |columns' r - nu| <= penalty. Shrinking r = columns c a little makes it feasible.
+    """
+    error = columns @ c
+    objective = penalty @ abs(c) + error @ error / 2
+    bounds = []
+    for shrunk in 1 - np.r_[0, np.logspace(-16, 0, 200)]:
+        slopes = shrunk * columns.T @ error
+        nu = (slopes + penalty).min()
+        if nu >= (slopes - penalty).max():
+            bounds.append(nu - shrunk**2 * error @ error / 2)
+    return 1 - max(bounds) / objective
+
+
+# The program of each point
+
+
+def test_closed_form_on_a_line():
+    X = line["X"].T
+    for form, key in zip(FORMS, ("c_normalised", "c_raw_eq3"), strict=True):
+        for regularization, c in zip(line["lams"], line[key], strict=True):
+            model = SMCE(1, regularization=regularization, form=form).fit(X)
+            # The optimum is flat where a coefficient just reaches zero: 1e-6, not 1e-9.
+            np.testing.assert_allclose(model.coef_.toarray()[0], [0, *c], atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("form", "key"), [("normalized", "obj_cvx_normalised"), ("raw", "obj_cvx_raw_eq3")]
+)
+def test_objectives_of_the_reference(form, key):
+    model = SMCE(4, n_neighbors=7, form=form).fit(curve4_points)
+    np.testing.assert_allclose(model.objective_, curve4[key], rtol=1e-8)
+
+
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("n_features", [1, 3, 12])
+@pytest.mark.parametrize("regularization", [1.0, 10.0, 1000.0])
+def test_duality_certifies_the_optimum(form, n_features, regularization):
+    X = random_points(n_features, n_features=n_features)
+    model = SMCE(1, form=form, regularization=regularization, n_neighbors=12)
+    model.set_params(max_clusters=1).fit(X)
+    for _, q, columns, c in programs(model, X):
+        assert duality_gap(regularization * q, columns, c) < 1e-7
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_objective_is_that_of_the_coefficients(form):
+    X = random_points(0)
+    model = SMCE(1, form=form).fit(X)
+    recomputed = [
+        10 * q @ abs(c) + np.sum((columns @ c) ** 2) / 2
+        for _, q, columns, c in programs(model, X)
+    ]
+    np.testing.assert_allclose(model.objective_, recomputed, rtol=1e-12)
+
+
+def test_raw_form_is_the_equation_as_printed():
+    X = random_points(1, n_points=10)
+    model = SMCE(1, form="raw", n_neighbors=6).fit(X)
+    for i, (neighbors, q, _, _) in enumerate(programs(model, X)):
+        c = cp.Variable(6)
+        error = X[neighbors].T @ c - X[i]
+        printed = 10 * cp.norm1(cp.multiply(q, c)) + cp.sum_squares(error) / 2
+        optimum = cp.Problem(cp.Minimize(printed), [cp.sum(c) == 1]).solve(cp.CLARABEL)
+        np.testing.assert_allclose(model.objective_[i], optimum, rtol=1e-6)
+
+
+def test_without_penalty_a_point_between_others_is_reconstructed_exactly():
+    X = np.r_[[[0.0, 0.0]], np.eye(2), -np.eye(2)]
+    assert SMCE(1, regularization=0).fit(X).objective_[0] < 1e-20
+
+
+def test_copies_reconstruct_each_other():
+    X = np.r_[random_points(2, n_points=8)[[0, 0, 0]], random_points(3)]
+    for form in FORMS:
+        model = SMCE(1, form=form).fit(X)
+        np.testing.assert_array_equal(
+            model.coef_[:3, :3].toarray(), (1 - np.eye(3)) / 2
+        )
+        np.testing.assert_array_equal(model.objective_[:3], 0)
+        assert (model.objective_[3:] > 0).all()
+
+
+# Properties
+
+seeds = st.integers(0, 2**31)
+few = settings(max_examples=15, deadline=None)
+
+
+@few
+@given(seeds, st.sampled_from(FORMS), st.integers(2, 25), st.integers(1, 5))
+def test_shapes_signs_and_sums(seed, form, n_points, n_features):
+    X = random_points(seed, n_points, n_features)
+    model = SMCE(form=form, n_neighbors=8, random_state=0).fit(X)
+    coef, affinity = model.coef_, model.affinity_matrix_
+    assert coef.format == affinity.format == "csr"
+    assert coef.shape == affinity.shape == (n_points, n_points)
+    np.testing.assert_allclose(coef.sum(axis=1), 1, rtol=1e-14)
+    assert not coef.diagonal().any()
+    assert not affinity.diagonal().any()
+    assert (np.diff(coef.indptr) <= 8).all()
+    assert (affinity.data > 0).all()
+    assert abs(affinity - affinity.T).max() == 0
+    assert set(model.labels_) == set(range(model.n_clusters_))
+
+
+@few
+@given(seeds, st.sampled_from(FORMS))
+def test_order_of_the_points_does_not_matter(seed, form):
+    X = random_points(seed)
+    order = np.random.default_rng(seed).permutation(len(X))
+    one, other = (SMCE(1, form=form, max_clusters=1).fit(Z) for Z in (X, X[order]))
+    np.testing.assert_allclose(one.objective_[order], other.objective_, rtol=1e-8)
+    shuffled = one.coef_.toarray()[np.ix_(order, order)]
+    np.testing.assert_allclose(shuffled, other.coef_.toarray(), atol=1e-4)
+
+
+@few
+@given(seeds, st.floats(-8, 8), st.floats(-5, 5))
+def test_normalized_form_ignores_scale_and_place(seed, log_scale, shift):
+    X = random_points(seed)
+    one = SMCE(1, max_clusters=1).fit(X)
+    other = clone(one).fit(10**log_scale * (X + shift))
+    np.testing.assert_allclose(one.objective_, other.objective_, rtol=1e-7)
+
+
+def test_raw_form_depends_on_scale():
+    one, other = (SMCE(2, form="raw").fit(k * random_points(0)) for k in (1, 100))
+    assert (other.objective_ > 1.5 * one.objective_).any()
+
+
+@pytest.mark.parametrize("form", FORMS)
+def test_constant_columns_change_nothing(form):
+    X = random_points(4)
+    one, other = (SMCE(2, form=form).fit(Z) for Z in (X, np.c_[X, np.full(30, 7.0)]))
+    np.testing.assert_allclose(one.objective_, other.objective_, rtol=1e-9)
+
+
+# From coefficients to charts
+
+
+def test_affinity_of_the_reference():
+    rows = curve4["W_cvx_normalised"].T
+    model = SMCE(4, n_neighbors=7, prune=1.0).fit(curve4_points)
+    expected = np.maximum(rows, rows.T)
+    np.testing.assert_allclose(model.affinity_matrix_.toarray(), expected, atol=1e-6)
+
+
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("prune", [0.3, 0.8, 0.95])
+def test_affinity_keeps_the_largest_entries_up_to_the_share(form, prune):
+    X = random_points(5)
+    model = SMCE(1, form=form, prune=prune).fit(X)
+    kept = np.zeros((len(X), len(X)))
+    for i, c in enumerate(model.coef_.toarray()):
+        distances = np.linalg.norm(X - X[i], axis=1)
+        weights = abs(c) / (np.where(c, distances, 1) if form == "normalized" else 1)
+        weights /= weights.sum()
+        mass = 0.0
+        for j in np.argsort(-weights):
+            kept[i, j] = weights[j]
+            mass += weights[j]
+            if mass >= prune:
+                break
+    expected = np.maximum(kept, kept.T)
+    np.testing.assert_allclose(model.affinity_matrix_.toarray(), expected, atol=1e-12)
+
+
+def test_eigenvalues_are_those_of_the_normalised_laplacian():
+    model = SMCE(4, n_neighbors=7).fit(curve4_points)
+    weights = model.affinity_matrix_.toarray()
+    random_walk = weights / weights.sum(axis=1, keepdims=True)
+    expected = np.sort(1 - np.linalg.eigvals(random_walk).real)
+    np.testing.assert_allclose(model.eigenvalues_, expected, atol=1e-10)
+    n_components, _ = connected_components(model.affinity_matrix_)
+    assert (model.eigenvalues_ < 1e-10).sum() == n_components == 4
+    np.testing.assert_allclose(np.linalg.norm(model.embedding_, axis=1), 1)
+    assert model.embedding_.shape == (48, 4)
+
+
+@pytest.mark.parametrize("n_clusters", [4, None])
+@pytest.mark.parametrize("form", FORMS)
+def test_four_pieces_are_found(form, n_clusters):
+    model = SMCE(n_clusters, n_neighbors=7, form=form, random_state=0)
+    np.testing.assert_array_equal(model.fit_predict(curve4_points), curve4_pieces)
+    assert model.n_clusters_ == 4
+
+
+def test_interleaved_trefoil_knots_in_100_dimensions():
+    rng = np.random.default_rng(0)
+    t = np.linspace(0, 2 * np.pi, 75, endpoint=False)
+    x, y = np.sin(t) + 2 * np.sin(2 * t), np.cos(t) - 2 * np.cos(2 * t)
+    cos, sin = np.cos(np.pi / 3), np.sin(np.pi / 3)
+    knot = np.c_[x, y, -np.sin(3 * t)]
+    turned = np.c_[cos * x - sin * y, sin * x + cos * y, -np.sin(3 * t)]
+    plane, _ = np.linalg.qr(rng.normal(size=(100, 3)))
+    X = np.r_[knot, turned] @ plane.T
+    labels = SMCE(2, n_neighbors=49, random_state=0).fit_predict(X)
+    np.testing.assert_array_equal(labels, np.repeat([0, 1], 75))
+
+
+def test_labels_are_numbered_as_they_appear():
+    order = np.random.default_rng(0).permutation(48)
+    labels = SMCE(4, n_neighbors=7, random_state=0).fit_predict(curve4_points[order])
+    _, first = np.unique(labels, return_index=True)
+    assert (np.diff(first) > 0).all()
+
+
+def test_elbow_curve_is_the_spread_within_charts():
+    fit = {"n_neighbors": 7, "random_state": 0}
+    curve = SMCE(None, max_clusters=6, **fit).fit(curve4_points).elbow_curve_
+    for n_clusters in range(1, 7):
+        labels = SMCE(n_clusters, **fit).fit_predict(curve4_points)
+        charts = [curve4_points[labels == c] for c in range(n_clusters)]
+        spread = sum(((chart - chart.mean(axis=0)) ** 2).sum() for chart in charts)
+        np.testing.assert_allclose(curve[n_clusters - 1], spread)
+
+
+@few
+@given(st.lists(st.floats(0, 100), min_size=3, max_size=12))
+def test_elbow_lies_furthest_below_the_chord(curve):
+    curve = np.sort(curve)[::-1]
+    if np.ptp(curve) < 1e-3:
+        return
+    x, y = np.linspace(0, 1, len(curve)), (curve - curve[-1]) / np.ptp(curve)
+    below = (1 - x - y) / np.sqrt(2)  # distance of (x, y) from the line x + y = 1
+    assert np.isclose(below[msc.smce._elbow(curve) - 1], below.max(), atol=1e-9)
+
+
+@pytest.mark.parametrize("max_clusters", [1, 2])
+def test_a_curve_without_an_elbow_is_one_chart(max_clusters):
+    assert SMCE(max_clusters=max_clusters).fit(random_points(0)).n_clusters_ == 1
+
+
+def test_large_data_take_the_sparse_road_to_the_same_charts(monkeypatch):
+    dense = SMCE(3, n_neighbors=7, random_state=0).fit(random_points(7, 60, 2))
+    monkeypatch.setattr(msc.smce, "_LARGEST_DENSE", 0)
+    sparse = clone(dense).fit(random_points(7, 60, 2))
+    np.testing.assert_allclose(sparse.eigenvalues_, dense.eigenvalues_[:10], atol=1e-9)
+    np.testing.assert_array_equal(sparse.labels_, dense.labels_)
+
+
+# Awkward data
+
+
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize(
+    "X",
+    [
+        np.ones((2, 1)),
+        np.ones((30, 3)),
+        np.arange(3.0)[:, None],
+        np.repeat(random_points(0, 8), 5, axis=0),
+        np.repeat(random_points(0, 8), 30, axis=0),
+        np.repeat(random_points(0, 20), 2, axis=0) + 1e-13 * random_points(1, 40),
+        random_points(0) * [1e-6, 1, 1e3],
+        random_points(0) + 1e6,
+    ],
+)
+def test_awkward_data_are_clustered_without_a_warning(form, X):
+    model = SMCE(form=form, random_state=0).fit(X)
+    np.testing.assert_allclose(model.coef_.sum(axis=1), 1)
+    assert not model.coef_.diagonal().any()
+    assert np.isfinite(model.elbow_curve_).all()
+    assert 1 <= model.n_clusters_ <= len(X)
+
+
+def test_equal_points_share_a_chart_however_many_are_asked_for():
+    model = SMCE(3, random_state=0).fit(np.ones((5, 2)))
+    assert model.n_clusters_ == len(set(model.labels_)) <= 3
+
+
+def test_neighbours_are_clipped():
+    X = random_points(0, n_points=6)
+    one, other = SMCE(2, n_neighbors=5).fit(X), SMCE(2, n_neighbors=500).fit(X)
+    np.testing.assert_array_equal(one.objective_, other.objective_)
+
+
+def test_more_charts_than_the_elbow_curve_considers():
+    model = SMCE(5, max_clusters=2, n_neighbors=4, random_state=0)
+    model.fit(random_points(0))
+    assert model.n_clusters_ == 5
+    assert model.elbow_curve_.shape == (2,)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "message"),
+    [
+        ({"form": "cooked"}, "'form' parameter of SMCE.*'cooked'"),
+        ({"n_clusters": 0}, "'n_clusters' parameter of SMCE.*Got 0"),
+        ({"n_clusters": 2.5}, "'n_clusters' parameter of SMCE.*Got 2.5"),
+        ({"n_clusters": 31}, "n_clusters=31 must be at most n_samples=30"),
+        ({"n_neighbors": 0}, "'n_neighbors' parameter of SMCE.*Got 0"),
+        ({"max_clusters": 0}, "'max_clusters' parameter of SMCE.*Got 0"),
+        ({"prune": 0}, "'prune' parameter of SMCE.*Got 0"),
+        ({"prune": 1.1}, "'prune' parameter of SMCE.*Got 1.1"),
+        ({"regularization": -1}, "'regularization' parameter of SMCE.*Got -1"),
+        ({"regularization": np.nan}, "'regularization' parameter of SMCE.*Got nan"),
+        ({"random_state": "x"}, "'random_state' parameter of SMCE.*'x'"),
+    ],
+)
+def test_parameters_out_of_range(parameters, message):
+    with pytest.raises(ValueError, match=message):
+        SMCE(**parameters).fit(random_points(0))
+
+
+@pytest.mark.parametrize(
+    ("X", "message"),
+    [
+        ([[1.0], [np.nan], [2.0]], "Input X contains NaN"),
+        ([[1.0], [np.inf], [2.0]], "Input X contains infinity"),
+        ([[1.0, 2.0]], "minimum of 2 is required by SMCE"),
+        ([1.0, 2.0], "Expected 2D array"),
+    ],
+)
+def test_points_out_of_range(X, message):
+    with pytest.raises(ValueError, match=message):
+        SMCE().fit(X)
+
+
+def test_a_failing_solver_is_reported(monkeypatch):
+    def fail(program, **_):
+        program._status = cp.UNBOUNDED
+
+    monkeypatch.setattr(cp.Problem, "solve", fail)
+    with pytest.raises(ValueError, match=r"'unbounded'.*Rescale X"):
+        SMCE().fit(random_points(0))
+
+
+# Manners
+
+
+def test_randomness_is_local_and_repeatable():
+    before = np.random.get_state()[1].copy()  # noqa: NPY002
+    X = random_points(0)
+    for seed in (None, 3, np.random.RandomState(3)):
+        SMCE(3, random_state=seed).fit(X)
+    after = np.random.get_state()[1]  # noqa: NPY002
+    np.testing.assert_array_equal(before, after)
+    one, other = SMCE(3, random_state=3).fit(X), SMCE(3, random_state=3).fit(X)
+    np.testing.assert_array_equal(one.labels_, other.labels_)
+
+
+def test_pickle_and_clone():
+    model = SMCE(2, form="raw", n_neighbors=5, random_state=0).fit(random_points(0))
+    copy = pickle.loads(pickle.dumps(model))
+    np.testing.assert_array_equal(copy.labels_, model.labels_)
+    assert sp.issparse(copy.coef_)
+    assert clone(model).get_params() == model.get_params()
+    assert not hasattr(clone(model), "labels_")
+
+
+@parametrize_with_checks([SMCE()])
+def test_scikit_learn(estimator, check):
+    check(estimator)
