@@ -44,8 +44,14 @@ lab: $(STAMP) ## open the repository in JupyterLab
 	@$(BIN) -m jupyterlab
 
 data: $(STAMP) ## search every policy in data/ again, resuming where it stopped
-	$(BIN) -m msc search --workspace free --tasks 72 --jobs $(JOBS) --out data/free.csv
-	$(BIN) -m msc search --workspace obstacles --tasks 72 --jobs $(JOBS) --out data/obstacles.csv
+	$(BIN) -m msc survey cut --jobs $(JOBS) --out data/results/cut.json
+	$(BIN) -m msc survey layout --jobs $(JOBS) --out data/results/layout.json
+	for world in free obstacles; do \
+		$(BIN) -m msc search --workspace $$world --tasks 72 \
+			--jobs $(JOBS) --out data/$$world.csv; \
+		$(BIN) -m msc search --workspace $$world --tasks 24 --offset 7.5 \
+			--guide data/$$world.csv --jobs $(JOBS) --out data/$${world}_test.csv; \
+	done
 
 bench: $(STAMP) ## measure the speed of each part against a reference
 	@$(BIN) benchmarks/bench.py

@@ -9,7 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from PIL import Image
 
-from msc.arm import TIME_STEP, Rollout, load_pybullet
+from msc.arm import Rollout
+from msc.bullet import TIME_STEP, load_pybullet
 from msc.workspace import LINK_RADIUS, Workspace, chain
 
 WHITE, GREY, BLUE, RED, BLACK = (
@@ -20,6 +21,7 @@ WHITE, GREY, BLUE, RED, BLACK = (
     (0.08, 0.08, 0.08, 1.0),
 )
 SUFFIXES = (".gif", ".png")
+_VIEW = ([0, -1.3, 2.3], [0, -0.05, 0], [0, 1, 0])  # from, at, up
 
 
 class Camera:
@@ -84,7 +86,9 @@ class Camera:
         _, _, pixels, _, _ = bullet.getCameraImage(
             2 * self.size,
             2 * self.size,
-            viewMatrix=bullet.computeViewMatrix([0, -1.3, 2.3], [0, -0.05, 0], [0, 1, 0]),
+            viewMatrix=bullet.computeViewMatrix(
+                [0, -1.3, 2.3], [0, -0.05, 0], [0, 1, 0]
+            ),
             projectionMatrix=bullet.computeProjectionMatrixFOV(42, 1.0, 0.1, 10),
             lightDirection=[0.3, -0.6, 2.0],
             lightAmbientCoeff=0.7,
@@ -93,7 +97,9 @@ class Camera:
             renderer=bullet.ER_TINY_RENDERER,
             physicsClientId=self._client,
         )
-        array = np.reshape(np.asarray(pixels, dtype=np.uint8), (*[2 * self.size] * 2, 4))
+        array = np.reshape(
+            np.asarray(pixels, dtype=np.uint8), (*[2 * self.size] * 2, 4)
+        )
         picture = Image.fromarray(array[..., :3])
         return picture.resize((self.size, self.size), Image.Resampling.LANCZOS)
 
@@ -115,7 +121,11 @@ class Camera:
         )
 
     def _add(
-        self, shape: str, place: Sequence[float], colour: Sequence[float], **size: object
+        self,
+        shape: str,
+        place: Sequence[float],
+        colour: Sequence[float],
+        **size: object,
     ) -> int:
         """Add something to look at."""
         visual = self._bullet.createVisualShape(
@@ -188,7 +198,12 @@ def save_film(frames: Sequence[Image.Image], path: Path, *, seconds: float) -> N
         step = round(1000 * seconds / len(frames))
         pauses = [step] * (len(frames) - 1) + [1000]
         palette[0].save(
-            draft, "GIF", save_all=True, append_images=palette[1:], duration=pauses, loop=0
+            draft,
+            "GIF",
+            save_all=True,
+            append_images=palette[1:],
+            duration=pauses,
+            loop=0,
         )
     else:
         width = sum(frame.width for frame in frames)

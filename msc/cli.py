@@ -7,11 +7,19 @@ them; both stand together below.
 import argparse
 import json
 import sys
+import tempfile
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
+from msc.arm import Arm
 from msc.book import build_book
+from msc.camera import SUFFIXES, render
 from msc.chapters import BookError
+from msc.dataset import Plan, grid, search_tasks
+from msc.survey import choose_layout, locate_cut
+from msc.tables import load_dataset, replace_file, save_table
+from msc.workspace import Workspace
 
 if TYPE_CHECKING:
     _Commands = argparse._SubParsersAction[argparse.ArgumentParser]
@@ -35,7 +43,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         prog="msc", description="Parameterized skills by manifold clustering."
     )
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for add in (_add_book,):
+    for add in (_add_search, _add_survey, _add_render, _add_book):
         add(commands)
     options = parser.parse_args(arguments)
     try:
@@ -47,6 +55,126 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print(f"msc: error: {_sentence(error)}", file=sys.stderr)
         return 2
     return 0
+
+
+def _add_search(commands: "_Commands") -> None:
+    """Declare `msc search`."""
+    parser = commands.add_parser("search", help="search the policies of many tasks")
+    parser.add_argument("--workspace", default="free", help="free (default), obstacles")
+    parser.add_argument("--tasks", type=int, default=72, help="how many (72)")
+    parser.add_argument("--offset", type=float, default=0.0, help="first angle (0)")
+    parser.add_argument("--guide", type=Path, help="a table: neighbours to start from")
+    parser.add_argument("--seed", type=int, default=0, help="seed of every draw (0)")
+    parser.add_argument("--jobs", type=int, default=2, help="worker processes (2)")
+    parser.add_argument("--out", type=Path, required=True, help="a .csv file")
+    parser.set_defaults(run=_run_search)
+
+
+def _run_search(options: argparse.Namespace) -> None:
+    """Search and write a table; go on where an interrupted search stopped."""
+    guide: tuple[tuple[float, tuple[float, ...]], ...] = ()
+    if options.guide:
+        _, policies, known = load_dataset(options.guide)
+        guide = tuple(
+            zip(known["task_deg"], map(tuple, policies.tolist()), strict=True)
+        )
+    plan = Plan(
+        Workspace.named(options.workspace),
+        grid(options.tasks, options.offset),
+        options.seed,
+        guide=guide,
+    )
+    out: Path = options.out
+    _check_jobs_and_folder(options.jobs, out)
+    journal = out.with_name(f".{out.name}.partial")
+    try:
+        table = search_tasks(plan, jobs=options.jobs, journal=journal, progress=True)
+    except KeyboardInterrupt:
+        print("msc: the same command goes on from here", file=sys.stderr)
+        raise
+    command = (
+        f"msc search --workspace {options.workspace} --tasks {options.tasks}"
+        f" --offset {options.offset:g} --seed {options.seed}"
+        + (f" --guide data/{options.guide.name}" if options.guide else "")
+        + f" --out data/{out.name}"
+    )
+    save_table(table, out, command=command, seed=options.seed)
+    journal.unlink()
+    print(
+        f"{out}: {len(table)} tasks, at most {table['distance_m'].max():.2g} m missed"
+    )
+
+
+def _add_survey(commands: "_Commands") -> None:
+    """Declare `msc survey`."""
+    parser = commands.add_parser("survey", help="measure what fixed the world")
+    parser.add_argument("constant", choices=("cut", "layout"), help="which constant")
+    parser.add_argument("--seed", type=int, default=0, help="seed of every draw (0)")
+    parser.add_argument("--jobs", type=int, default=2, help="worker processes (2)")
+    parser.add_argument("--out", type=Path, required=True, help="a .json file")
+    parser.set_defaults(run=_run_survey)
+
+
+def _run_survey(options: argparse.Namespace) -> None:
+    """Measure where the circle is cut, or find the first fit layout of obstacles."""
+    out: Path = options.out
+    _check_jobs_and_folder(options.jobs, out)
+    if options.constant == "cut":
+        found = locate_cut(seed=options.seed, jobs=options.jobs)
+    else:
+        found = choose_layout(
+            seed=options.seed,
+            jobs=options.jobs,
+            journals=out.parent / ".layouts.partial",
+        )
+    replace_file(out, json.dumps(found, indent=2) + "\n")
+    print(out)
+
+
+def _check_jobs_and_folder(jobs: int, out: Path) -> None:
+    """Refuse, before hours of work, what would spoil its end."""
+    if jobs < 1:
+        raise ValueError(f"jobs={jobs}; wanted at least 1")
+    out.parent.mkdir(parents=True, exist_ok=True)
+    if out.is_dir():
+        raise ValueError(f"out={out} is a folder; wanted the name of a file")
+    with tempfile.TemporaryFile(dir=out.parent):
+        pass
+
+
+def _add_render(commands: "_Commands") -> None:
+    """Declare `msc render`."""
+    parser = commands.add_parser("render", help="draw a movement of the arm")
+    parser.add_argument("--workspace", default="free", help="free (default), obstacles")
+    parser.add_argument("--task", type=float, required=True, help="task angle, degrees")
+    parser.add_argument(
+        "--policy",
+        type=float,
+        nargs="+",
+        help="six weights; by default the searched policy of the nearest task",
+    )
+    parser.add_argument("--out", type=Path, required=True, help="a .gif or .png file")
+    parser.set_defaults(run=_run_render)
+
+
+def _run_render(options: argparse.Namespace) -> None:
+    """Execute a policy and draw what happened, as a film or as a strip of pictures."""
+    out: Path = options.out
+    if out.suffix not in SUFFIXES:
+        raise ValueError(f"out={out.name!r}; wanted a name ending in .gif or .png")
+    world = Workspace.named(options.workspace)
+    target = world.target(options.task)
+    policy, origin = options.policy, "the given policy"
+    if policy is None:
+        _, policies, table = load_dataset(options.workspace)
+        gaps = (table["task_deg"] - options.task + 180) % 360 - 180
+        nearest = int(gaps.abs().argmin())
+        policy = policies[nearest]
+        origin = f"the policy searched for {table['task_deg'][nearest]:g}°"
+    with Arm(world) as arm:
+        rollout = arm.execute(policy, options.task)
+    render(world, rollout, target, out)
+    print(f"{out}: {origin} ends {100 * rollout.error:.2f} cm from the target")
 
 
 def _add_book(commands: "_Commands") -> None:

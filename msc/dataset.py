@@ -8,26 +8,19 @@ order does not depend on which worker is done first.
 
 from __future__ import annotations
 
-import hashlib
-import json
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 from joblib import Parallel, delayed, parallel_config
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from tqdm.auto import tqdm
 
-from msc.search import (
-    ENERGY_WEIGHT,
-    ERROR_WEIGHT,
-    SearchResult,
-    Start,
-    search_policy,
-)
+from msc.journal import Journal
+from msc.search import ENERGY_WEIGHT, ERROR_WEIGHT, SearchResult, search_policy
 from msc.tables import WEIGHTS
 from msc.workspace import Workspace
 
@@ -95,6 +88,44 @@ def grid(n_tasks: int, offset_deg: float = 0.0) -> tuple[float, ...]:
     return tuple(offset_deg + 360 * k / n_tasks for k in range(n_tasks))
 
 
+def take_evenly(tasks: ArrayLike, n_samples: int) -> NDArray[np.intp]:
+    """Pick tasks evenly spaced over the circle, each the nearest there is.
+
+    Parameters
+    ----------
+    tasks : array_like of shape (n_tasks, 1) or (n_tasks,)
+        Ascending task angles in [0, 2π) (rad).
+    n_samples : int
+        How many to pick.
+
+    Returns
+    -------
+    ndarray of shape (n_samples,)
+        Their indices, ascending.
+
+    Raises
+    ------
+    ValueError
+        If a task would be picked twice, or fewer than two are asked for.
+
+    Examples
+    --------
+    >>> take_evenly(np.linspace(0, 2 * np.pi, 12, endpoint=False), 4)
+    array([0, 3, 6, 9])
+    """
+    angles = np.asarray(tasks, dtype=float).reshape(-1)
+    if not isinstance(n_samples, int | np.integer) or n_samples < 2:
+        raise ValueError(f"n_samples={n_samples!r}; wanted a whole number from 2 on")
+    wanted = angles[0] + 2 * np.pi * np.arange(n_samples) / n_samples
+    chosen = np.abs(angles - wanted[:, None]).argmin(axis=1)
+    if len(np.unique(chosen)) < n_samples:
+        raise ValueError(
+            f"n_samples={n_samples} takes some of the {len(angles)} tasks twice; "
+            f"wanted at most {len(angles)}"
+        )
+    return np.asarray(chosen)
+
+
 def search_tasks(
     plan: Plan, *, jobs: int = 1, journal: Path | None = None, progress: bool = False
 ) -> pd.DataFrame:
@@ -117,19 +148,19 @@ def search_tasks(
     DataFrame
         One row a task, with the columns of `msc.tables.COLUMNS`.
     """
-    done = _Journal(journal, plan)
+    done = Journal(journal, plan)
     tasks, n_tasks = plan.tasks_deg, len(plan.tasks_deg)
     guides = [_nearest_guides(plan, task) for task in tasks]
-    jobs_done = {"search": {k: ((), None) for k in range(n_tasks)}}
+    alone: _Work = dict.fromkeys(range(n_tasks), ((), None))
     with parallel_config("loky", inner_max_num_threads=1):
-        results = _batch(plan, jobs_done["search"], done, "search", jobs, progress)
+        results = _batch(plan, alone, done, "search", jobs=jobs, progress=progress)
         stale = set(range(n_tasks))
         for sweep in range(2 * MAX_SWEEPS):
             turn = [k for k in sorted(stale) if k % 2 == sweep % 2]
-            work = {
+            work: _Work = {
                 k: (
                     (
-                        results[k - 1].policy,
+                        results[(k - 1) % n_tasks].policy,
                         results[(k + 1) % n_tasks].policy,
                         *(guides[k] if sweep < 2 else ()),
                     ),
@@ -137,7 +168,9 @@ def search_tasks(
                 )
                 for k in turn
             }
-            better = _batch(plan, work, done, f"sweep {sweep}", jobs, progress)
+            better = _batch(
+                plan, work, done, f"sweep {sweep}", jobs=jobs, progress=progress
+            )
             stale -= set(turn)
             for k, result in better.items():
                 if _differ(result, results[k]):
@@ -145,16 +178,14 @@ def search_tasks(
                 results[k] = result
             if not stale:
                 break
-    return pd.DataFrame(
-        [_row(plan.seed, tasks[k], results[k]) for k in range(n_tasks)]
-    )
+    return pd.DataFrame([_row(plan.seed, tasks[k], results[k]) for k in range(n_tasks)])
 
 
 _Work = dict[int, tuple[Sequence[NDArray[np.float64]], SearchResult | None]]
 
 
 def _batch(
-    plan: Plan, work: _Work, done: _Journal, phase: str, jobs: int, progress: bool
+    plan: Plan, work: _Work, done: Journal, phase: str, *, jobs: int, progress: bool
 ) -> dict[int, SearchResult]:
     """Search the tasks of one phase, those that the journal knows excepted."""
     known = {k: done.results[phase, k] for k in work if (phase, k) in done.results}
@@ -228,49 +259,3 @@ def _row(seed: int, task: float, result: SearchResult) -> dict[str, Any]:
         "winner": _NEIGHBOURS[int(number)] if kind == "given" else result.winner,
         "seed": seed,
     }
-
-
-class _Journal:
-    """What a search has finished so far, one line of JSON a result."""
-
-    def __init__(self, path: Path | None, plan: Plan) -> None:
-        self.results: dict[tuple[str, int], SearchResult] = {}
-        self._path = path
-        header = json.dumps({"plan": _fingerprint(plan)})
-        if path is None:
-            return
-        path.parent.mkdir(parents=True, exist_ok=True)
-        lines = path.read_text().split("\n") if path.is_file() else [""]
-        if lines[0] != header:
-            path.write_text(header + "\n")
-            return
-        path.write_text("".join(f"{line}\n" for line in lines[:-1]))  # no torn last line
-        for line in lines[1:-1]:
-            entry = json.loads(line)
-            self.results[entry["phase"], entry["k"]] = _result(entry["result"])
-
-    def append(self, phase: str, k: int, result: SearchResult) -> None:
-        """Keep a result."""
-        self.results[phase, k] = result
-        if self._path is not None:
-            entry = {"phase": phase, "k": k, "result": asdict(result)}
-            with self._path.open("a") as file:
-                file.write(json.dumps(entry, default=np.ndarray.tolist) + "\n")
-
-
-def _result(entry: dict[str, Any]) -> SearchResult:
-    """Rebuild a result from its JSON."""
-    starts = tuple(
-        Start(**{**start, "policy": np.array(start["policy"])})
-        for start in entry["starts"]
-    )
-    fields = {**entry, "policy": np.array(entry["policy"]), "starts": starts}
-    return SearchResult(**fields)
-
-
-def _fingerprint(plan: Plan) -> str:
-    """Identify a plan together with the code that carries it out."""
-    digest = hashlib.sha256(repr(plan).encode())
-    for name in ("workspace", "dmp", "kinematics", "arm", "search", "dataset"):
-        digest.update(Path(__file__).with_name(f"{name}.py").read_bytes())
-    return digest.hexdigest()

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
-from scipy.stats import bootstrap
 from sklearn.dummy import DummyRegressor
 from sklearn.neighbors import KNeighborsRegressor
 
 from msc.arm import Arm
+from msc.comparison import Comparison, compare
+from msc.dataset import take_evenly
 from msc.jumps import find_jumps
 from msc.search import cost
 from msc.skill import ParameterizedSkill
@@ -23,130 +23,6 @@ from msc.workspace import Workspace
 
 PROFILES = {"quick": 1_000, "full": 20_000}  # bootstrap resamples
 READINGS = ("gate learned", "chart known", "away from jumps")
-
-
-def take_evenly(tasks: ArrayLike, n_samples: int) -> NDArray[np.intp]:
-    """Pick tasks evenly spaced over the circle, each the nearest there is.
-
-    Parameters
-    ----------
-    tasks : array_like of shape (n_tasks, 1) or (n_tasks,)
-        Ascending task angles in [0, 2π) (rad).
-    n_samples : int
-        How many to pick.
-
-    Returns
-    -------
-    ndarray of shape (n_samples,)
-        Their indices, ascending.
-
-    Raises
-    ------
-    ValueError
-        If a task would be picked twice, or fewer than two are asked for.
-
-    Examples
-    --------
-    >>> take_evenly(np.linspace(0, 2 * np.pi, 12, endpoint=False), 4)
-    array([0, 3, 6, 9])
-    """
-    angles = np.asarray(tasks, dtype=float).reshape(-1)
-    if not isinstance(n_samples, int | np.integer) or n_samples < 2:
-        raise ValueError(f"n_samples={n_samples!r}; wanted a whole number from 2 on")
-    wanted = angles[0] + 2 * np.pi * np.arange(n_samples) / n_samples
-    chosen = np.abs(angles - wanted[:, None]).argmin(axis=1)
-    if len(np.unique(chosen)) < n_samples:
-        raise ValueError(
-            f"n_samples={n_samples} takes some of the {len(angles)} tasks twice; "
-            f"wanted at most {len(angles)}"
-        )
-    return chosen
-
-
-@dataclass(frozen=True)
-class Comparison:
-    """The mean of one method's errors over that of another's, on the same tasks.
-
-    The interval is a paired bootstrap over the test tasks, at 95 %. It covers which
-    tasks are tested, not which were trained on, nor another world.
-    """
-
-    measure: str
-    method: str
-    baseline: str
-    ratio: float
-    low: float
-    high: float
-
-    @property
-    def verdict(self) -> str:
-        """Whether the interval lies below one, above one or includes it."""
-        if self.high < 1:
-            return "lower"
-        return "higher" if self.low > 1 else "undecided"
-
-    def __str__(self) -> str:
-        """Say it in a sentence."""
-        return (
-            f"{self.measure}: {self.method} is {self.ratio:.2f} times {self.baseline} "
-            f"(95 % interval {self.low:.2f} to {self.high:.2f}): {self.verdict}"
-        )
-
-    __repr__ = __str__
-
-
-def compare(
-    measure: str,
-    errors: pd.DataFrame,
-    method: str,
-    baseline: str,
-    *,
-    n_resamples: int = 1_000,
-    seed: int = 0,
-) -> Comparison:
-    """Compare the mean errors of two methods.
-
-    Parameters
-    ----------
-    measure : str
-        What the errors are, for the sentence.
-    errors : DataFrame
-        One column a method, one row a test task.
-    method, baseline : str
-        The columns whose means are divided, the first by the second.
-    n_resamples : int, default=1000
-        Bootstrap resamples.
-    seed : int, default=0
-        Seed of the resampling.
-
-    Returns
-    -------
-    Comparison
-        The ratio and its interval.
-
-    Examples
-    --------
-    >>> errors = pd.DataFrame({"a": [1.0, 2.0, 3.0], "b": [2.0, 4.0, 6.0]})
-    >>> compare("error", errors, "a", "b").ratio
-    0.5
-    """
-    pairs = errors[[method, baseline]].to_numpy().T
-
-    def ratio(top: Any, bottom: Any, axis: int) -> Any:
-        return top.mean(axis=axis) / bottom.mean(axis=axis)
-
-    interval = bootstrap(
-        tuple(pairs),
-        ratio,
-        paired=True,
-        n_resamples=n_resamples,
-        method="percentile",
-        rng=np.random.default_rng(seed),
-    ).confidence_interval
-    value = float(ratio(*pairs, axis=0))
-    return Comparison(
-        measure, method, baseline, value, float(interval.low), float(interval.high)
-    )
 
 
 class Experiment:

@@ -18,7 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 from msc.evaluation import Experiment
 from msc.workspace import Workspace, chain
 
-STYLE = {
+STYLE: Any = {
     "figure.dpi": 150,
     "figure.constrained_layout.use": True,
     "font.size": 9,
@@ -81,8 +81,15 @@ def draw_world(axis: Axes, world: Workspace) -> None:
         axis.add_patch(Disc((circle.x, circle.y), circle.radius, color="black"))
     cut, quarter = world.target(0), world.target(90)
     axis.plot(*np.outer((0.93, 1.07), cut).T, color="red", lw=1.5)
-    axis.annotate("0°", 1.17 * cut, ha="center", va="center", color="red")
-    axis.annotate("90°", 1.17 * quarter, ha="center", va="center", color="red")
+    axis.text(1.17 * cut[0], 1.17 * cut[1], "0°", ha="center", va="center", color="red")
+    axis.text(
+        1.17 * quarter[0],
+        1.17 * quarter[1],
+        "90°",
+        ha="center",
+        va="center",
+        color="red",
+    )
     axis.set(xlim=(-1, 1), ylim=(-1, 1), aspect="equal", xlabel="x (m)", ylabel="y (m)")
 
 
@@ -145,7 +152,7 @@ def plot_manifold(experiment: Experiment, dimension: int | None = None) -> Figur
                 place = np.rad2deg(experiment.tasks[jump : jump + 2, 0].mean())
                 axis.axvline(place, color="0.5", lw=0.8, ls=":", zorder=0)
             axis.set(xlabel="task angle (degrees)", xticks=range(0, 361, 60))
-        draw = {"dense": dense, "dimension": dimension, "experiment": experiment}
+        draw: Any = {"dense": dense, "dimension": dimension, "experiment": experiment}
         one = np.zeros(len(dense), dtype=int)
         _draw_regression(single, "single regression", one, ("#D55E00",), **draw)
         single.plot(trained, values, "o", ms=3.5, color="#D55E00", mec="white", mew=0.4)
@@ -168,9 +175,10 @@ def plot_manifold(experiment: Experiment, dimension: int | None = None) -> Figur
         charts.set_title(f"{len(np.unique(labels))} charts, {len(chosen)} samples")
         charts.legend(fontsize=7, ncols=2)
         margin = 0.15 * np.ptp(experiment.policies[:, dimension])
-        low, high = experiment.policies[:, dimension].min(), experiment.policies[
-            :, dimension
-        ].max()
+        low, high = (
+            experiment.policies[:, dimension].min(),
+            experiment.policies[:, dimension].max(),
+        )
         single.set_ylim(low - margin, high + margin)
     plt.close(figure)
     return figure

@@ -156,11 +156,12 @@ def search_policy(
         )
     given = [check_policies(policy, dmp.n_params) for policy in start_policies]
     arm = _arm(workspace, dmp)
-    target = workspace.target(task_deg)
-    task_key = np.abs(np.round(1e6 * target)).astype(int)  # any angle's, modulo 360
+    if not np.isfinite(task_deg):
+        raise ValueError(f"task_deg={task_deg}; wanted a finite angle")
+    task_key = round(1000 * task_deg) % 360_000
     wide, narrow = 0.5 * dmp.spring, 0.05 * dmp.spring
     for number in range(n_starts + len(given)):
-        rng = np.random.default_rng([seed, *task_key, len(starts)])
+        rng = np.random.default_rng([seed, task_key, len(starts)])
         if number < n_starts:
             name, step = f"start {number}", wide
             mean = wide * rng.standard_normal(dmp.n_params) * (number > 0)

@@ -20,7 +20,9 @@ MAX_DISTANCE = 0.01  # m; farther from its target a task counts as unreachable
 MIN_JUMPS = 3  # the premise of the paper's Experiment 2
 
 
-def locate_cut(*, seed: int = 0, jobs: int = 1, step_deg: float = 5.0) -> dict[str, Any]:
+def locate_cut(
+    *, seed: int = 0, jobs: int = 1, step_deg: float = 5.0
+) -> dict[str, Any]:
     """Find where reaching round either side of the base costs the same.
 
     The free circle is walked from both sides, each search starting from the policy
@@ -78,7 +80,7 @@ def choose_layout(
         Worker processes.
     journals : Path
         Folder that keeps what is done, so that an interrupted survey goes on.
-    n_tasks : int, default=72
+    n_tasks : int, default=36
         Tasks on the circle.
 
     Returns

@@ -23,7 +23,7 @@ WEIGHTS = tuple(f"weight_{axis}{number}" for axis in "xy" for number in (1, 2, 3
 
 COLUMNS: dict[str, tuple[str, str]] = {
     "task_deg": ("number", "Task angle, counted from the cut (degrees)"),
-    **{name: ("number", "Weight of Eq. 7: an entry of the policy") for name in WEIGHTS},
+    **dict.fromkeys(WEIGHTS, ("number", "Weight of Eq. 7: an entry of the policy")),
     "distance_m": ("number", "Final distance of end effector and target (m)"),
     "energy_rad2_per_s": ("number", "Integral of the squared joint velocity (rad²/s)"),
     "cost": ("number", "100/m² · distance² + 0.005 s/rad² · energy"),
@@ -38,6 +38,7 @@ COLUMNS: dict[str, tuple[str, str]] = {
 }
 
 _NAMED = ("free", "obstacles", "free_test", "obstacles_test")
+_Package = dict[str, Any]
 _PACKAGES = ("msc", "numpy", "scipy", "cma", "pybullet")
 
 
@@ -90,7 +91,7 @@ def load_dataset(
     except ValueError as error:
         raise ValueError(f"{path.name}: wanted numbers: {error}") from None
     if not np.isfinite(values).all():
-        bad = [name for name in numbers if not np.isfinite(numbers[name]).all()]
+        bad = numbers.columns[~np.isfinite(values).all(axis=0)].astype(str)
         raise ValueError(f"{path.name}: NaN or infinite values in {', '.join(bad)}")
     duplicates = table["task_deg"][table["task_deg"].duplicated()].tolist()
     if duplicates:
@@ -137,14 +138,14 @@ def save_table(
     text = table[list(COLUMNS)].to_csv(index=False, lineterminator="\n")
     replace_file(path, text)
     package_file = path.parent / "datapackage.json"
-    package = (
+    package: _Package = (
         json.loads(package_file.read_text())
         if package_file.is_file()
         else {"name": "msc-policies", "licenses": [{"name": "CC0-1.0"}]}
     )
     others = [r for r in package.get("resources", []) if r["path"] != path.name]
     data = text.encode()
-    resource = {
+    resource: _Package = {
         "name": path.stem.replace("_", "-"),
         "path": path.name,
         "profile": "tabular-data-resource",
@@ -200,7 +201,8 @@ def _verify(path: Path) -> None:
     package_file = path.parent / "datapackage.json"
     if not package_file.is_file():
         return
-    for resource in json.loads(package_file.read_text()).get("resources", []):
+    package: _Package = json.loads(package_file.read_text())
+    for resource in package.get("resources", []):
         if resource["path"] == path.name:
             found = f"sha256:{hashlib.sha256(path.read_bytes()).hexdigest()}"
             if found != resource["hash"]:

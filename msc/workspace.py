@@ -177,7 +177,7 @@ class Workspace:
         """
         angle = np.asarray(task_deg, dtype=float)
         if not np.isfinite(angle).all():
-            raise ValueError(f"task_deg={task_deg} is not finite; wanted degrees")
+            raise ValueError(f"task_deg={angle.tolist()} is not finite; wanted degrees")
         angle = np.deg2rad(np.mod(angle, 360.0) + self.cut_deg)
         return self.goal_radius * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
 

@@ -11,8 +11,11 @@ ROW = [
     "workspace",
     "dmp",
     "kinematics",
+    "bullet",
     "arm",
+    "camera",
     "search",
+    "journal",
     "tables",
     "dataset",
     "jumps",
@@ -20,6 +23,7 @@ ROW = [
     "smce",
     "skill",
     "crkr",
+    "comparison",
     "evaluation",
     "claims",
     "plots",
@@ -31,9 +35,9 @@ ROW = [
 ROBOT = set(ROW[: ROW.index("smce")]) - {"tables", "jumps"}
 LEARNERS = {"smce", "skill", "crkr"}
 ONLY_IN = {
-    "pybullet": {"arm"},
-    "pybullet_data": {"arm"},
-    "pybullet_utils": {"arm"},
+    "pybullet": {"bullet"},
+    "pybullet_data": {"bullet"},
+    "pybullet_utils": {"bullet"},
     "cma": {"search"},
 }
 

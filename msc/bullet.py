@@ -1,0 +1,269 @@
+"""PyBullet: copies of the arm in one physics world, driven by PID torques.
+
+The only module that imports PyBullet. One world carries `n_arms` copies of the arm on
+the same spot: they start from the same pose, meet the same obstacles, pass through one
+another, and are controlled and stepped together. This is what makes a rollout cost
+little more than its physics. Each copy is a body, and so a solver island, of its own: a
+test holds it to do, bit for bit, what it would do alone.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import math
+import os
+import tempfile
+from collections.abc import Iterator
+from dataclasses import astuple, dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from msc.workspace import LINK_RADIUS, Workspace
+
+TIME_STEP = 1 / 240  # s; of the physics and of the controller
+
+_JOINTS = [0, 1, 2]
+_ARM_FILTER, _OBSTACLE_FILTER = (2, 1), (1, 2)  # group, mask: arms meet obstacles only
+
+
+@dataclass(frozen=True)
+class Controller:
+    """Gains of the PID controller, one number per joint.
+
+    Proportional gains are the joints' largest inertias times (20 rad/s)², derivative
+    gains make them critically damped, and the integral term, which has no weight to
+    hold up in a horizontal plane, only removes what is left. It is clamped to a tenth
+    of the torque limits so that an arm stopped by an obstacle does not wind up.
+    """
+
+    proportional: tuple[float, float, float] = (280.0, 60.0, 4.2)  # N m / rad
+    integral: tuple[float, float, float] = (280.0, 60.0, 4.2)  # N m / (rad s)
+    derivative: tuple[float, float, float] = (28.0, 6.0, 0.42)  # N m s / rad
+    torque_limit: tuple[float, float, float] = (40.0, 20.0, 5.0)  # N m
+
+
+class World:
+    """A physics world with copies of a workspace's arm and its obstacles.
+
+    Parameters
+    ----------
+    workspace : Workspace
+        What to build.
+    controller : Controller
+        Gains of the PID controller.
+    n_arms : int
+        Copies of the arm.
+
+    Attributes
+    ----------
+    client_id : int
+        PyBullet's number of the world; -1 once it is closed.
+    """
+
+    def __init__(
+        self, workspace: Workspace, controller: Controller, n_arms: int
+    ) -> None:
+        self.workspace, self.controller, self.n_arms = workspace, controller, n_arms
+        self._bullet = load_pybullet()
+        self.client_id: int = self._bullet.connect(self._bullet.DIRECT)
+        self._bodies = self._load_arms()
+        self._obstacles = [self._load_obstacle(*c) for c in workspace.circles]
+
+    def close(self) -> None:
+        """Free the world."""
+        if self.client_id >= 0:
+            self._bullet.disconnect(self.client_id)
+            self.client_id = -1
+
+    def track(
+        self, plan: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """Follow planned joint angles by PID torques in the physics world.
+
+        Parameters
+        ----------
+        plan : ndarray of shape (n_policies, n_steps + 1, 3)
+            Joint angles to follow (rad), for at most `n_arms` policies.
+
+        Returns
+        -------
+        joints : ndarray of shape (n_policies, n_steps + 1, 3)
+            Joint angles that came about (rad).
+        energy : ndarray of shape (n_policies,)
+            Their `Rollout.energy` (rad²/s).
+        impulse : ndarray of shape (n_policies,)
+            Their `Rollout.contact_impulse` (N s).
+        """
+        bullet, client = self._bullet, self.client_id
+        n_policies, n_rows = plan.shape[:2]
+        wanted = np.tile(self.workspace.home, (n_rows, self.n_arms))
+        wanted[:, : 3 * n_policies] = plan.transpose(1, 0, 2).reshape(n_rows, -1)
+        kp, ki, kd, limit = (
+            np.tile(gain, self.n_arms) for gain in astuple(self.controller)
+        )
+        ki, windup = ki * TIME_STEP, limit / 10
+        drive = kp * wanted[1:] + kd * np.diff(wanted, axis=0) / TIME_STEP
+        integral = np.zeros_like(limit)
+        states = np.empty((n_rows, len(limit), 2))
+        impulse = np.zeros(self.n_arms)
+        self._reset()
+        states[0] = self._read()
+        for step in range(n_rows - 1):
+            position, velocity = states[step].T
+            integral += ki * (wanted[step + 1] - position)
+            np.maximum(np.minimum(integral, windup, out=integral), -windup, integral)
+            torque = drive[step] - kp * position - kd * velocity + integral
+            np.maximum(np.minimum(torque, limit, out=torque), -limit, torque)
+            forces = torque.reshape(-1, 3).tolist()
+            for body, force in zip(self._bodies, forces, strict=True):
+                bullet.setJointMotorControlArray(
+                    body,
+                    _JOINTS,
+                    bullet.TORQUE_CONTROL,
+                    forces=force,
+                    physicsClientId=client,
+                )
+            bullet.stepSimulation(physicsClientId=client)
+            states[step + 1] = self._read()
+            if self._obstacles:
+                for contact in bullet.getContactPoints(physicsClientId=client):
+                    body, force = contact[1], contact[9]
+                    impulse[self._bodies.index(body)] += force * TIME_STEP
+        moved = states[:, : 3 * n_policies].reshape(n_rows, n_policies, 3, 2)
+        joints, velocities = np.ascontiguousarray(moved.transpose(3, 1, 0, 2))
+        squares = velocities[:, 1:].reshape(n_policies, -1) ** 2
+        return joints, TIME_STEP * squares.sum(axis=1), impulse[:n_policies]
+
+    def _read(self) -> list[tuple[float, float]]:
+        """Return position and velocity of every joint of every arm."""
+        read, client = self._bullet.getJointStates, self.client_id
+        return [
+            state[:2]
+            for body in self._bodies
+            for state in read(body, _JOINTS, physicsClientId=client)
+        ]
+
+    def _reset(self) -> None:
+        """Put every arm at rest in the home pose and forget every contact."""
+        bullet, client = self._bullet, self.client_id
+        for body in self._bodies:
+            for joint, angle in zip(_JOINTS, self.workspace.home, strict=True):
+                bullet.resetJointState(body, joint, angle, 0.0, physicsClientId=client)
+        for obstacle in self._obstacles:  # renews its proxy: no cached contact is left
+            bullet.setCollisionFilterGroupMask(
+                obstacle, -1, *_OBSTACLE_FILTER, physicsClientId=client
+            )
+
+    def _load_arms(self) -> list[int]:
+        """Build the physics world with its arms."""
+        bullet, client = self._bullet, self.client_id
+        bullet.setTimeStep(TIME_STEP, physicsClientId=client)
+        bullet.setPhysicsEngineParameter(
+            deterministicOverlappingPairs=1,
+            minimumSolverIslandSize=1,  # contacts of one arm are solved apart
+            solverResidualThreshold=0.0,
+            physicsClientId=client,
+        )
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder, "arm.urdf")
+            file.write_text(_urdf(self.workspace))
+            bodies: list[int] = [
+                bullet.loadURDF(str(file), useFixedBase=True, physicsClientId=client)
+                for _ in range(self.n_arms)
+            ]
+        for body in bodies:
+            for link in (-1, *_JOINTS):
+                bullet.changeDynamics(
+                    body,
+                    link,
+                    linearDamping=0.0,
+                    angularDamping=0.0,
+                    jointDamping=0.0,
+                    physicsClientId=client,
+                )
+                bullet.setCollisionFilterGroupMask(
+                    body, link, *_ARM_FILTER, physicsClientId=client
+                )
+            bullet.setJointMotorControlArray(
+                body,
+                _JOINTS,
+                bullet.VELOCITY_CONTROL,
+                forces=[0.0, 0.0, 0.0],
+                physicsClientId=client,
+            )
+        return bodies
+
+    def _load_obstacle(self, x: float, y: float, radius: float) -> int:
+        """Add an immovable, frictionless cylinder."""
+        bullet, client = self._bullet, self.client_id
+        shape = bullet.createCollisionShape(
+            bullet.GEOM_CYLINDER, radius=radius, height=0.2, physicsClientId=client
+        )
+        body: int = bullet.createMultiBody(
+            0.0, shape, basePosition=[x, y, 0.0], physicsClientId=client
+        )
+        bullet.changeDynamics(body, -1, lateralFriction=0.0, physicsClientId=client)
+        return body
+
+
+def _urdf(workspace: Workspace) -> str:
+    """Describe the arm; one element a line, as PyBullet's parser wants it."""
+    lines = [
+        '<robot name="arm">',
+        '<link name="link_0">',
+        '<inertial><mass value="1"/>',
+        '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>',
+        "</link>",
+    ]
+    offset = 0.0
+    links = zip(workspace.link_lengths, workspace.link_masses, strict=True)
+    for number, (length, mass) in enumerate(links, start=1):
+        rod = mass * length**2 / 12
+        lines += [
+            f'<link name="link_{number}">',
+            f'<inertial><origin xyz="{length / 2} 0 0"/>',
+            f'<mass value="{mass}"/>',
+            f'<inertia ixx="{rod / 100}" iyy="{rod}" izz="{rod}"',
+            ' ixy="0" ixz="0" iyz="0"/></inertial>',
+            "<collision>",
+            f'<origin xyz="{length / 2} 0 0" rpy="0 {math.pi / 2} 0"/>',
+            f'<geometry><capsule radius="{LINK_RADIUS}" length="{length}"/></geometry>',
+            "</collision>",
+            "</link>",
+            f'<joint name="joint_{number}" type="continuous">',
+            f'<parent link="link_{number - 1}"/>',
+            f'<child link="link_{number}"/>',
+            f'<origin xyz="{offset} 0 0"/>',
+            '<axis xyz="0 0 1"/>',
+            "</joint>",
+        ]
+        offset = length
+    return "\n".join([*lines, "</robot>"])
+
+
+def load_pybullet() -> Any:
+    """Import PyBullet without the line it prints past Python's own streams."""
+    with _quiet():
+        import pybullet  # noqa: PLC0415
+    return pybullet
+
+
+@contextlib.contextmanager
+def _quiet() -> Iterator[None]:
+    """Send the process's output nowhere, that of C libraries included."""
+    saved = [os.dup(stream) for stream in (1, 2)]
+    null = os.open(os.devnull, os.O_WRONLY)
+    for stream in (1, 2):
+        os.dup2(null, stream)
+    try:
+        yield
+    finally:
+        ctypes.CDLL(None).fflush(None)
+        for stream, copy in zip((1, 2), saved, strict=True):
+            os.dup2(copy, stream)
+            os.close(copy)
+        os.close(null)
