@@ -172,6 +172,30 @@ def film(
     return frames
 
 
+def side_by_side(frames: Sequence[Image.Image]) -> Image.Image:
+    """Put pictures of one size into a strip.
+
+    Parameters
+    ----------
+    frames : sequence of Image
+        The pictures.
+
+    Returns
+    -------
+    Image
+        The strip.
+
+    Examples
+    --------
+    >>> side_by_side([Image.new("RGB", (4, 3))] * 5).size
+    (20, 3)
+    """
+    strip = Image.new("RGB", (sum(frame.width for frame in frames), frames[0].height))
+    for number, frame in enumerate(frames):
+        strip.paste(frame, (number * frame.width, 0))
+    return strip
+
+
 def save_film(frames: Sequence[Image.Image], path: Path, *, seconds: float) -> None:
     """Write pictures as a GIF, or side by side as a PNG.
 
@@ -206,11 +230,7 @@ def save_film(frames: Sequence[Image.Image], path: Path, *, seconds: float) -> N
             loop=0,
         )
     else:
-        width = sum(frame.width for frame in frames)
-        strip = Image.new("RGB", (width, frames[0].height))
-        for number, frame in enumerate(frames):
-            strip.paste(frame, (number * frame.width, 0))
-        strip.save(draft, "PNG")
+        side_by_side(frames).save(draft, "PNG")
     draft.replace(path)
 
 

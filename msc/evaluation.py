@@ -99,6 +99,12 @@ class Experiment:
         X, y = self.tasks[self.chosen], self.policies[self.chosen]
         return {name: method.fit(X, y) for name, method in unfitted.items()}
 
+    @cached_property
+    def elbow(self) -> int:
+        """Number of charts that the elbow picks on the training policies."""
+        charts = SMCE(random_state=self.seed).fit(self.policies[self.chosen])
+        return int(charts.n_clusters_)
+
     def predict(self, name: str, tasks: ArrayLike) -> NDArray[np.float64]:
         """Predict policies.
 
@@ -259,14 +265,8 @@ class Experiment:
         Comparison
             The ratio and its interval.
         """
-        return compare(
-            f"MSE, {reading}",
-            self.squared_errors(reading),
-            "charts",
-            baseline,
-            n_resamples=self.n_resamples,
-            seed=self.seed,
-        )
+        errors = self.squared_errors(reading)
+        return self._compare(f"MSE, {reading}", errors, baseline)
 
     def compare_executed(
         self, column: str, baseline: str = "single regression"
@@ -285,9 +285,14 @@ class Experiment:
         Comparison
             The ratio and its interval.
         """
+        names = {"error_cm": "execution error", "excess_cost": "excess cost"}
+        errors = self.executed_by_method(column)
+        return self._compare(names[column], errors, baseline)
+
+    def _compare(self, measure: str, errors: pd.DataFrame, baseline: str) -> Comparison:
         return compare(
-            column.replace("_cm", " (cm)").replace("_", " "),
-            self.executed_by_method(column),
+            measure,
+            errors,
             "charts",
             baseline,
             n_resamples=self.n_resamples,

@@ -79,17 +79,11 @@ def draw_world(axis: Axes, world: Workspace) -> None:
     axis.add_patch(Disc((0, 0), world.goal_radius, fill=False, color="red", lw=1.5))
     for circle in world.circles:
         axis.add_patch(Disc((circle.x, circle.y), circle.radius, color="black"))
-    cut, quarter = world.target(0), world.target(90)
+    cut = world.target(0)
     axis.plot(*np.outer((0.93, 1.07), cut).T, color="red", lw=1.5)
-    axis.text(1.17 * cut[0], 1.17 * cut[1], "0°", ha="center", va="center", color="red")
-    axis.text(
-        1.17 * quarter[0],
-        1.17 * quarter[1],
-        "90°",
-        ha="center",
-        va="center",
-        color="red",
-    )
+    for angle in (0, 90):
+        x, y = 1.18 * world.target(angle)
+        axis.text(x, y, f"{angle}°", ha="center", va="center", color="red")
     axis.set(xlim=(-1, 1), ylim=(-1, 1), aspect="equal", xlabel="x (m)", ylabel="y (m)")
 
 

@@ -86,7 +86,7 @@ def choose_layout(
     Returns
     -------
     dict
-        For each layout looked at its jumps and largest distance, and the one chosen.
+        The layout chosen, and for each one looked at its jumps and largest distance.
     """
     looked_at: list[dict[str, Any]] = []
     while not (looked_at and looked_at[-1]["chosen"]):
@@ -108,7 +108,12 @@ def choose_layout(
                 "chosen": farthest < MAX_DISTANCE and len(jumps) >= MIN_JUMPS,
             }
         )
-    return {"n_tasks": n_tasks, "seed": seed, "layouts": looked_at}
+    return {
+        "chosen": len(looked_at) - 1,
+        "n_tasks": n_tasks,
+        "seed": seed,
+        "layouts": looked_at,
+    }
 
 
 def _walk(angles: list[float], seed: int) -> list[float]:
