@@ -20,7 +20,6 @@ WHITE, GREY, BLUE, RED, BLACK = (
     (0.85, 0.1, 0.1, 1.0),
     (0.08, 0.08, 0.08, 1.0),
 )
-SUFFIXES = (".gif", ".png")
 _VIEW = ([0, -1.3, 2.3], [0, -0.05, 0], [0, 1, 0])  # from, at, up
 
 
@@ -196,6 +195,23 @@ def side_by_side(frames: Sequence[Image.Image]) -> Image.Image:
     return strip
 
 
+def check_suffix(path: Path) -> None:
+    """Refuse a file name that is neither a GIF's nor a PNG's.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Raises
+    ------
+    ValueError
+        If the suffix is another.
+    """
+    if path.suffix not in (".gif", ".png"):
+        raise ValueError(f"out={path.name!r}; wanted a name ending in .gif or .png")
+
+
 def save_film(frames: Sequence[Image.Image], path: Path, *, seconds: float) -> None:
     """Write pictures as a GIF, or side by side as a PNG.
 
@@ -213,8 +229,7 @@ def save_film(frames: Sequence[Image.Image], path: Path, *, seconds: float) -> N
     ValueError
         If the suffix is another.
     """
-    if path.suffix not in SUFFIXES:
-        raise ValueError(f"out={path.name!r}; wanted a name ending in .gif or .png")
+    check_suffix(path)
     path.parent.mkdir(parents=True, exist_ok=True)
     draft = path.with_name(f".{path.name}")
     if path.suffix == ".gif":

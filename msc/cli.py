@@ -1,7 +1,8 @@
 """The command line: `msc COMMAND …`.
 
 A command is a function that takes the parsed arguments and one, `_add_…`, that declares
-them; both stand together below.
+them; both stand together below. The simulator and the search, which take seconds to
+load, are imported by the commands that need them.
 """
 
 import argparse
@@ -12,12 +13,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from msc.arm import Arm
 from msc.book import build_book
-from msc.camera import SUFFIXES, render
 from msc.chapters import BookError
-from msc.dataset import Plan, grid, search_tasks
-from msc.survey import choose_layout, locate_cut
 from msc.tables import load_dataset, replace_file, save_table
 from msc.workspace import Workspace
 
@@ -72,6 +69,8 @@ def _add_search(commands: "_Commands") -> None:
 
 def _run_search(options: argparse.Namespace) -> None:
     """Search and write a table; go on where an interrupted search stopped."""
+    from msc.dataset import Plan, grid, search_tasks
+
     guide: tuple[tuple[float, tuple[float, ...]], ...] = ()
     if options.guide:
         _, policies, known = load_dataset(options.guide)
@@ -117,6 +116,8 @@ def _add_survey(commands: "_Commands") -> None:
 
 def _run_survey(options: argparse.Namespace) -> None:
     """Measure where the circle is cut, or find the first fit layout of obstacles."""
+    from msc.survey import choose_layout, locate_cut
+
     out: Path = options.out
     _check_jobs_and_folder(options.jobs, out)
     if options.constant == "cut":
@@ -159,9 +160,11 @@ def _add_render(commands: "_Commands") -> None:
 
 def _run_render(options: argparse.Namespace) -> None:
     """Execute a policy and draw what happened, as a film or as a strip of pictures."""
+    from msc.arm import Arm
+    from msc.camera import check_suffix, render
+
     out: Path = options.out
-    if out.suffix not in SUFFIXES:
-        raise ValueError(f"out={out.name!r}; wanted a name ending in .gif or .png")
+    check_suffix(out)
     world = Workspace.named(options.workspace)
     target = world.target(options.task)
     policy, origin = options.policy, "the given policy"

@@ -19,7 +19,6 @@ from scipy.linalg import eigh
 from scipy.sparse.linalg import eigsh
 from sklearn.base import BaseEstimator, ClusterMixin
 from sklearn.cluster import KMeans
-from sklearn.exceptions import ConvergenceWarning
 from sklearn.neighbors import NearestNeighbors
 from sklearn.utils import check_random_state
 from sklearn.utils._param_validation import Interval, StrOptions
@@ -78,13 +77,12 @@ class SMCE(ClusterMixin, BaseEstimator):  # type: ignore[misc]
     eigenvalues_ : ndarray
         Of the normalised Laplacian, ascending; all of them up to 3000 points. As many
         are zero as the graph has connected components.
-    embedding_ : ndarray of shape (n_samples, number of charts asked for)
+    embedding_ : ndarray of shape (n_samples, n_clusters_)
         Unit rows, among which k-means finds the charts.
     elbow_curve_ : ndarray of shape (min(max_clusters, n_samples),)
         Entry S - 1 is the within-chart sum of squares of `X` for S charts.
     n_clusters_ : int
-        Number of charts found; fewer than asked for only if `embedding_` has fewer
-        distinct rows.
+        Number of charts.
     labels_ : ndarray of shape (n_samples,)
         Chart of each point, numbered in order of first appearance.
     n_features_in_ : int
@@ -215,10 +213,9 @@ class SMCE(ClusterMixin, BaseEstimator):  # type: ignore[misc]
                 for s in range(1, curve_length + 1)
             ]
         )
-        n_clusters = self.n_clusters or _elbow(self.elbow_curve_)
-        self.embedding_ = _unit_rows(vectors[:, :n_clusters])
+        self.n_clusters_ = self.n_clusters or _elbow(self.elbow_curve_)
+        self.embedding_ = _unit_rows(vectors[:, : self.n_clusters_])
         self.labels_ = _cluster(self.embedding_, seed)
-        self.n_clusters_ = int(self.labels_.max()) + 1
         return self
 
 
@@ -315,10 +312,9 @@ def _unit_rows(vectors: Array) -> Array:
 
 def _cluster(embedding: Array, seed: int) -> NDArray[np.intp]:
     """Find as many clusters as there are columns; number them as they appear."""
-    with warnings.catch_warnings():  # fewer distinct rows than charts: see n_clusters_
-        warnings.filterwarnings("ignore", "Number of distinct", ConvergenceWarning)
-        k_means = KMeans(embedding.shape[1], n_init=10, random_state=seed)
-        found = k_means.fit_predict(embedding)
+    # As many distinct rows, at least: the eigenvectors are linearly independent.
+    k_means = KMeans(embedding.shape[1], n_init=10, random_state=seed)
+    found = k_means.fit_predict(embedding)
     _, first, inverse = np.unique(found, return_index=True, return_inverse=True)
     return np.argsort(np.argsort(first))[inverse]
 
