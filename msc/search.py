@@ -5,10 +5,9 @@ The only module that imports pycma.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from typing import Any
 
 import cma
 import numpy as np
@@ -20,6 +19,7 @@ from msc.workspace import Workspace
 
 ERROR_WEIGHT = 100.0  # 1/m²
 ENERGY_WEIGHT = 0.005  # s/rad²
+FIRST_STEP, SMALL_STEP = 0.5, 0.05  # of CMA-ES, in spring constants
 MAX_EVALUATIONS = 4000  # of one start; converged ones take 1000 to 1500
 
 
@@ -155,23 +155,23 @@ def search_policy(
             "wanted at least one start"
         )
     given = [check_policies(policy, dmp.n_params) for policy in start_policies]
-    arm = _arm(workspace, dmp)
     if not np.isfinite(task_deg):
         raise ValueError(f"task_deg={task_deg}; wanted a finite angle")
+    arm = _arm(workspace, dmp)
+
+    def costs(policies: NDArray[np.float64]) -> list[float]:
+        return [cost(rollout) for rollout in arm.execute_many(policies, task_deg)]
+
     task_key = round(1000 * task_deg) % 360_000
-    wide, narrow = 0.5 * dmp.spring, 0.05 * dmp.spring
     for number in range(n_starts + len(given)):
         rng = np.random.default_rng([seed, task_key, len(starts)])
         if number < n_starts:
-            name, step = f"start {number}", wide
-            mean = wide * rng.standard_normal(dmp.n_params) * (number > 0)
+            name, mean = f"start {number}", random_start(number, dmp, rng)
+            step = FIRST_STEP * dmp.spring
         else:
-            name, step = f"given {number - n_starts}", narrow
-            mean = given[number - n_starts]
-        strategy = cma.CMAEvolutionStrategy(
-            mean, step, _options(dmp, rng, arm.n_parallel)
-        )
-        starts.append(_run(strategy, arm, task_deg, name, starts))
+            name, mean = f"given {number - n_starts}", given[number - n_starts]
+            step = SMALL_STEP * dmp.spring
+        starts.append(minimise(costs, mean, step, rng, name=name, known=starts))
     best = min(starts, key=lambda start: start.cost)
     rollout = arm.execute(best.policy, task_deg)
     return SearchResult(
@@ -184,33 +184,80 @@ def search_policy(
     )
 
 
-def _options(dmp: DMP, rng: np.random.Generator, population: int) -> dict[str, Any]:
-    """Set up CMA-ES: when it is done, and all its randomness from one generator."""
-    return {
-        "seed": np.nan,  # leaves numpy's global generator alone
-        "randn": lambda *shape: rng.standard_normal(shape),
-        "popsize": population,
-        "maxfevals": MAX_EVALUATIONS,
-        "tolfun": 1e-6,
-        "tolx": 1e-3 * dmp.spring,
-        "verbose": -9,
-        "verb_log": 0,
-    }
+def random_start(
+    number: int, dmp: DMP, rng: np.random.Generator
+) -> NDArray[np.float64]:
+    """Draw where a start begins: the first at the zero policy, the others anywhere.
+
+    Parameters
+    ----------
+    number : int
+        The start's number.
+    dmp : DMP
+        What a policy means.
+    rng : Generator
+        Where the draw comes from.
+
+    Returns
+    -------
+    ndarray of shape (n_params,)
+        A policy.
+    """
+    if number == 0:
+        return np.zeros(dmp.n_params)
+    return FIRST_STEP * dmp.spring * rng.standard_normal(dmp.n_params)
 
 
-def _run(
-    strategy: cma.CMAEvolutionStrategy,
-    arm: Arm,
-    task_deg: float,
-    name: str,
-    known: Sequence[Start],
+def minimise(
+    costs: Callable[[NDArray[np.float64]], list[float]],
+    mean: NDArray[np.float64],
+    step: float,
+    rng: np.random.Generator,
+    *,
+    name: str = "start",
+    known: Sequence[Start] = (),
 ) -> Start:
-    """Run CMA-ES until it converges or comes upon the policy of a known start."""
+    """Run CMA-ES until it converges or comes upon the policy of a known start.
+
+    Parameters
+    ----------
+    costs : callable
+        Gives the costs of policies, an array of shape (9, n_params).
+    mean : ndarray of shape (n_params,)
+        Where to begin.
+    step : float
+        Standard deviation of the first policies around it.
+    rng : Generator
+        All randomness; NumPy's global generator is left alone.
+    name : str, default="start"
+        What to call the run.
+    known : sequence of Start, optional
+        Earlier runs. One that is narrower than a tenth of a known policy's norm, and
+        nearer to it than that, is stopped.
+
+    Returns
+    -------
+    Start
+        What was found.
+    """
+    strategy = cma.CMAEvolutionStrategy(
+        mean,
+        step,
+        {
+            "seed": np.nan,  # or pycma seeds the global generator
+            "randn": lambda *shape: rng.standard_normal(shape),
+            "popsize": 9,
+            "maxfevals": MAX_EVALUATIONS,
+            "tolfun": 1e-6,
+            "tolx": 0.016,
+            "verbose": -9,
+            "verb_log": 0,
+        },
+    )
     joined = ""
     while not joined and not strategy.stop():
         policies = strategy.ask()
-        rollouts = arm.execute_many(policies, task_deg)
-        strategy.tell(policies, [cost(rollout) for rollout in rollouts])
+        strategy.tell(policies, costs(np.array(policies)))
         spread = strategy.sigma * np.max(strategy.D)
         for start in known:
             reach = 0.1 * np.linalg.norm(start.policy)

@@ -221,7 +221,7 @@ def random_circles(seed: int) -> tuple[Circle, ...]:
             math.hypot(candidate.x - other.x, candidate.y - other.y) - other.radius
             for other in circles
         )
-        gap = min([_clearance(home, candidate), *others]) - candidate.radius
+        gap = min([float(clearance(home, candidate)), *others]) - candidate.radius
         if gap > 0.03:
             circles.append(candidate)
     return tuple(circles)
@@ -254,10 +254,30 @@ def chain(joints: ArrayLike, link_lengths: ArrayLike) -> NDArray[np.float64]:
     return np.concatenate([base, np.cumsum(links, axis=-2)], axis=-2)
 
 
-def _clearance(points: NDArray[np.float64], circle: Circle) -> float:
-    """Return the gap between the links through `points` and a circle's centre (m)."""
-    starts, steps = points[:-1], np.diff(points, axis=0)
-    centre = np.array([circle.x, circle.y])
-    along = np.sum((centre - starts) * steps, axis=1) / np.sum(steps**2, axis=1)
-    nearest = starts + np.clip(along, 0, 1)[:, None] * steps
-    return float(np.hypot(*(centre - nearest).T).min()) - LINK_RADIUS
+def clearance(points: ArrayLike, circle: Circle) -> NDArray[np.float64]:
+    """Measure the gap between an arm's links and the centre of a circle.
+
+    Parameters
+    ----------
+    points : array_like of shape (..., 4, 2)
+        What `chain` gives (m).
+    circle : Circle
+        The circle; its radius does not count.
+
+    Returns
+    -------
+    ndarray of shape (...)
+        Smallest distance of the links' surfaces from the centre (m).
+
+    Examples
+    --------
+    >>> arm = chain([0.0, 0.0, 0.0], [0.40, 0.35, 0.25])
+    >>> clearance(arm, Circle(0.5, 0.3, 0.1)).round(3)
+    np.float64(0.28)
+    """
+    points = np.asarray(points, dtype=float)
+    starts, steps = points[..., :-1, :], np.diff(points, axis=-2)
+    to_centre = np.array([circle.x, circle.y]) - starts
+    along = np.sum(to_centre * steps, axis=-1) / np.sum(steps**2, axis=-1)
+    apart = to_centre - np.clip(along, 0, 1)[..., None] * steps
+    return np.asarray(np.hypot(apart[..., 0], apart[..., 1]).min(axis=-1) - LINK_RADIUS)

@@ -1,4 +1,5 @@
 import numpy as np
+import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
@@ -66,8 +67,10 @@ def test_out_of_reach_the_arm_stretches_towards_the_path():
     np.testing.assert_allclose(tip(joints[-1]), wanted, atol=0.01)
 
 
-def test_a_population_is_one_path_after_another():
-    turns = np.random.default_rng(0).uniform(-1, 1, size=(7, 1, 3))
+@pytest.mark.parametrize("n_paths", [1, 2, 3, 4, 8, 9])
+def test_a_path_is_followed_alike_in_any_population(n_paths):
+    turns = np.random.default_rng(0).uniform(-1, 1, size=(n_paths, 1, 3))
     paths = tip(HOME + eased[:, None] * turns)
     for path, joints in zip(paths, follow(paths), strict=True):
-        np.testing.assert_array_equal(joints, follow(path))
+        np.testing.assert_array_equal(joints, follow(path[None])[0])
+        np.testing.assert_allclose(joints, follow(path), atol=1e-12)

@@ -1,0 +1,258 @@
+import math
+from dataclasses import astuple, replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from msc.arm import N_MOVING, N_STEPS, Arm, Rollout
+from msc.bullet import TIME_STEP, Controller, World, load_pybullet
+from msc.workspace import LINK_RADIUS, Circle, Workspace, chain
+
+bullet = load_pybullet()
+free = Workspace.free()
+walled = replace(free, name="walled", circles=(Circle(-0.25, -0.62, 0.06),))
+
+rng = np.random.default_rng(0)
+policies = 5 * rng.normal(size=(20, 6))
+tasks = rng.uniform(0, 360, size=20)
+
+
+@pytest.fixture(scope="module")
+def arm():
+    with Arm(free) as arm:
+        yield arm
+
+
+@pytest.fixture(scope="module")
+def walled_arm():
+    with Arm(walled) as arm:
+        yield arm
+
+
+@pytest.fixture(scope="module")
+def rollouts(walled_arm):
+    return walled_arm.execute_many(policies, tasks)
+
+
+def bits(rollout):
+    return [np.asarray(value).tobytes() for value in astuple(rollout)]
+
+
+def gaps(rollout, circle):
+    """Measure the gap of arm and obstacle at 200 points of each link, every step."""
+    joints = chain(rollout.joints, free.link_lengths)[:, None]
+    along = np.linspace(0, 1, 200)[:, None, None]
+    points = joints[:, :, :-1] + along * np.diff(joints, axis=2)
+    nearest = np.linalg.norm(points - circle[:2], axis=-1).min(axis=(1, 2))
+    return nearest - LINK_RADIUS - circle.radius
+
+
+# The body
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.tuples(*[st.floats(-math.pi, math.pi)] * 3))
+def test_forward_kinematics_are_those_of_pybullet(arm, pose):
+    body, client = arm._world._bodies[0], {"physicsClientId": arm.client_id}
+    for joint, angle in enumerate(pose):
+        bullet.resetJointState(body, joint, angle, **client)
+    states = bullet.getLinkStates(body, [0, 1, 2], computeForwardKinematics=1, **client)
+    frames = [state[4:6] for state in states]
+    tip, _ = bullet.multiplyTransforms(
+        *frames[2], [free.link_lengths[2], 0, 0], [0, 0, 0, 1]
+    )
+    found = [place for place, _ in frames] + [tip]
+    wanted = np.c_[chain(pose, free.link_lengths), np.zeros(4)]
+    np.testing.assert_allclose(found, wanted, atol=1e-9)
+
+
+def test_torques_accelerate_the_links_as_thin_rods():
+    torque = np.array([3.0, -2.0, 1.0])
+    far = free.home + np.sign(torque)  # so far off that every torque is at its limit
+    world = World(free, Controller(torque_limit=tuple(abs(torque))), 1)
+    joints, _, _ = world.track(np.array([[free.home, far]]))
+    world.close()
+
+    inertia = np.zeros((3, 3))
+    turned = np.array(free.link_lengths) * np.exp(1j * np.cumsum(free.home))
+    places = np.cumsum([0, *turned])
+    for link, (mass, rod) in enumerate(zip(free.link_masses, turned, strict=True)):
+        moved = np.arange(3) <= link
+        levers = (places[link] + rod / 2 - places[:3]) * moved
+        spin = abs(rod) ** 2 / 12 * np.outer(moved, moved)
+        inertia += mass * (np.outer(levers.conj(), levers).real + spin)
+    np.testing.assert_allclose(
+        joints[0, 1] - free.home,
+        TIME_STEP**2 * np.linalg.solve(inertia, torque),
+        rtol=1e-3,
+    )
+
+
+# The controller
+
+
+def test_the_arm_follows_its_plan(arm):
+    plan = arm.plan(policies, free.target(tasks))
+    for wanted, rollout in zip(plan, arm.execute_many(policies, tasks), strict=True):
+        assert abs(rollout.joints - wanted).max() < 0.1
+        assert abs(rollout.joints[-1] - wanted[-1]).max() < 0.01
+
+
+def test_a_weak_arm_is_left_behind(arm):
+    controller = Controller(torque_limit=(0.4, 0.2, 0.05))
+    with Arm(free, controller=controller) as weak:
+        found = weak.execute(np.zeros(6), 270)
+    strong = arm.execute(np.zeros(6), 270)
+    assert found.energy < 0.2 * strong.energy
+    assert found.error > 2 * strong.error
+
+
+def test_the_plan_holds_its_last_pose_while_the_arm_settles(arm):
+    plan = arm.plan(policies[:1], free.target(tasks[:1]))[0]
+    assert plan.shape == (N_STEPS + 1, 3)
+    assert (plan[N_MOVING:] == plan[N_MOVING]).all()
+    np.testing.assert_allclose(plan[0], free.home)
+
+
+# What a rollout says
+
+
+def test_a_rollout_measures_what_happened(arm):
+    rollout = arm.execute(policies[0], 120)
+    assert rollout.joints.shape == (N_STEPS + 1, 3)
+    np.testing.assert_allclose(rollout.joints[0], free.home)
+    tips = chain(rollout.joints, free.link_lengths)[:, -1]
+    np.testing.assert_array_equal(rollout.path, tips)
+    missed = math.dist(tips[-1], free.target(120))
+    assert rollout.error == pytest.approx(missed, rel=1e-12)
+    speeds = np.diff(rollout.joints, axis=0) / TIME_STEP
+    assert rollout.energy == pytest.approx(TIME_STEP * np.sum(speeds**2), rel=1e-6)
+    assert rollout.contact_impulse == 0
+    assert not rollout.touched
+
+
+def test_a_task_is_an_angle_modulo_360(arm):
+    wrapped = arm.execute(policies[0], 120 - 360)
+    assert bits(wrapped) == bits(arm.execute(policies[0], 120))
+
+
+# Obstacles
+
+
+def test_some_of_these_movements_meet_the_obstacle(rollouts):
+    touched = [rollout.touched for rollout in rollouts]
+    assert 4 <= sum(touched) <= 16
+    assert touched == [rollout.contact_impulse > 0 for rollout in rollouts]
+
+
+def test_an_obstacle_is_touched_when_the_gap_closes_and_never_passed(rollouts):
+    for rollout in rollouts:
+        gap = gaps(rollout, walled.circles[0]).min()
+        assert gap > -0.002
+        assert rollout.touched == (gap < 7e-4)
+
+
+def test_an_obstacle_stops_the_arm(arm, walled_arm):
+    through = arm.execute(np.zeros(6), 290)
+    assert gaps(through, walled.circles[0]).min() < -0.05
+    stopped = walled_arm.execute(np.zeros(6), 290)
+    assert stopped.contact_impulse > 0.1
+    assert stopped.error > through.error + 0.05
+
+
+def test_an_obstacle_out_of_the_way_changes_nothing(arm, rollouts):
+    missed = [k for k, rollout in enumerate(rollouts) if not rollout.touched]
+    alone = arm.execute_many(policies[missed], tasks[missed])
+    assert [bits(rollouts[k]) for k in missed] == [bits(one) for one in alone]
+
+
+# The same policy always does the same, to the last bit
+
+
+def test_one_by_one_as_together(walled_arm, rollouts):
+    for policy, task, rollout in zip(policies, tasks, rollouts, strict=True):
+        assert bits(walled_arm.execute(policy, task)) == bits(rollout)
+
+
+@pytest.mark.parametrize("n_parallel", [1, 4])
+def test_whatever_the_number_of_copies(n_parallel, rollouts):
+    with Arm(walled, n_parallel=n_parallel) as other:
+        found = other.execute_many(policies, tasks)
+    assert [bits(one) for one in found] == [bits(one) for one in rollouts]
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_in_any_slot_after_any_other(walled_arm, rollouts, seed):
+    order = np.random.default_rng(seed).permutation(len(tasks))
+    found = walled_arm.execute_many(policies[order], tasks[order])
+    assert [bits(one) for one in found] == [bits(rollouts[k]) for k in order]
+
+
+def test_contacts_of_several_links_add_up_in_any_order():
+    wild = 16 * np.random.default_rng(1).normal(size=(90, 6))
+    layout = Workspace.obstacles()
+    with Arm(layout) as one, Arm(layout, n_parallel=4) as other:
+        impulses = [
+            [rollout.contact_impulse for rollout in arm.execute_many(wild, 250)]
+            for arm in (one, other)
+        ]
+    assert impulses[0] == impulses[1]
+
+
+def test_two_arms_do_not_meet(walled_arm, rollouts):
+    with Arm(walled) as other, Arm(free) as third:
+        assert len({walled_arm.client_id, other.client_id, third.client_id}) == 3
+        for policy, task, rollout in zip(policies, tasks, rollouts, strict=True):
+            third.execute(policy, task)
+            other.execute(-policy, task)
+            assert bits(walled_arm.execute(policy, task)) == bits(rollout)
+
+
+def test_closing_one_arm_leaves_the_other(walled_arm, rollouts):
+    Arm(walled).close()
+    assert bits(walled_arm.execute(policies[0], tasks[0])) == bits(rollouts[0])
+
+
+def test_an_arm_may_be_closed_twice():
+    arm = Arm(free, n_parallel=1)
+    arm.close()
+    arm.close()
+    assert arm.client_id == -1
+
+
+def test_results_belong_to_the_caller(walled_arm, rollouts):
+    before = bits(rollouts[0])
+    walled_arm.execute_many(policies[::-1], tasks[::-1])
+    assert bits(rollouts[0]) == before
+
+
+# Bad input
+
+
+def test_a_rollout_cannot_be_changed(rollouts):
+    assert isinstance(rollouts[0], Rollout)
+    with pytest.raises(AttributeError):
+        rollouts[0].error = 0.0
+
+
+@pytest.mark.parametrize("shape", [(5,), (3, 2), ()])
+def test_a_policy_of_another_shape_is_refused(arm, shape):
+    with pytest.raises(ValueError, match=r"policy has shape .* wanted \(6,\)"):
+        arm.execute(np.zeros(shape), 0)
+
+
+def test_a_policy_with_nan_is_refused(arm):
+    with pytest.raises(ValueError, match="policy has NaN"):
+        arm.execute([0, 0, 0, 0, 0, math.nan], 0)
+
+
+def test_other_numbers_of_tasks_and_policies_are_refused(arm):
+    with pytest.raises(ValueError, match=r"task_deg has shape \(3,\); wanted .* 2"):
+        arm.execute_many(np.zeros((2, 6)), [0, 1, 2])
+
+
+def test_a_task_that_is_no_angle_is_refused(arm):
+    with pytest.raises(ValueError, match=r"task_deg=.* not finite"):
+        arm.execute(np.zeros(6), math.nan)
