@@ -123,11 +123,7 @@ def _run_survey(options: argparse.Namespace) -> None:
     if options.constant == "cut":
         found = locate_cut(seed=options.seed, jobs=options.jobs)
     else:
-        found = choose_layout(
-            seed=options.seed,
-            jobs=options.jobs,
-            journals=out.parent / ".layouts.partial",
-        )
+        found = choose_layout(seed=options.seed, jobs=options.jobs)
     replace_file(out, json.dumps(found, indent=2) + "\n")
     print(out)
 

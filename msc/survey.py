@@ -86,10 +86,10 @@ def choose_layout(
 ) -> dict[str, Any]:
     """Find the first layout of obstacles that fulfils the premise of Experiment 2.
 
-    Layouts 0, 1, 2, … are searched until one is found whose tasks are all reachable and
-    whose policies have at least three jumps besides the cut. To look at many, the arm is
-    taken to do exactly what is planned, and the depth to which a link enters an obstacle
-    is penalised; the searches in PyBullet then have to confirm the premise.
+    Layouts 0, 1, 2, … are searched until one is found whose tasks are all reachable
+    and whose policies have at least three jumps besides the cut. To look at many, the
+    arm is taken to do exactly what is planned, and the depth to which a link enters an
+    obstacle is penalised; the searches in PyBullet then have to confirm the premise.
 
     Parameters
     ----------
