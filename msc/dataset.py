@@ -50,7 +50,7 @@ class Plan:
     workspace: Workspace
     tasks_deg: tuple[float, ...]
     seed: int
-    n_starts: int = 4
+    n_starts: int = 3
     guide: tuple[tuple[float, tuple[float, ...]], ...] = ()
 
 

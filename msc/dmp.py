@@ -30,14 +30,14 @@ class DMP:
     Parameters
     ----------
     spring : float, default=16.0
-        K, the spring constant (1/s² at unit `time_scale`). Slow on purpose: about a
+        Spring constant K (1/s² at unit `time_scale`). Slow on purpose: about a
         tenth of the way is left after one second unless the policy supplies it.
     damping : float, optional
-        Q, the damping. By default critical, ``2 * sqrt(spring)``.
+        Damping Q. By default critical, ``2 * sqrt(spring)``.
     time_scale : float, default=1.0
-        κ, the factor by which the movement is slowed down.
+        Factor κ by which the movement is slowed down.
     alpha : float, default=log(100)
-        α, the decay of the phase, which falls from 1 to 1/100 in one second.
+        Decay α of the phase, which falls from 1 to 1/100 in one second.
     n_basis : int, default=3
         Basis functions per dimension, evenly spaced in time.
     gated : bool, default=False
@@ -122,7 +122,7 @@ class DMP:
         Returns
         -------
         ndarray of shape (n_times, n_basis)
-            ψᵢ / Σ ψ, times s if gated.
+            Shares ψᵢ / Σ ψ, times s if gated.
         """
         s = np.asarray(phase, dtype=float)[:, None]
         c = np.exp(-self.alpha * np.arange(self.n_basis) / (self.n_basis - 1))
@@ -175,6 +175,8 @@ def _responses(
     dmp: DMP, times: tuple[float, ...]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Integrate the spring's response (n_times,) and the basis' (n_times, n_basis)."""
+    if not times or times[0] < 0 or any(np.diff(times) <= 0):
+        raise ValueError("times: wanted ascending times, none before 0")
     damping = 2 * math.sqrt(dmp.spring) if dmp.damping is None else dmp.damping
     n = 1 + dmp.n_basis
 
@@ -185,8 +187,6 @@ def _responses(
         dv = force - dmp.spring * x - damping * v  # Eq. 5, one row per response
         return np.concatenate([v, dv]) / dmp.time_scale  # Eq. 6
 
-    if not times or times[0] < 0 or any(np.diff(times) <= 0):
-        raise ValueError("times: wanted ascending times, none before 0")
     solution = solve_ivp(
         rates,
         (0.0, max(times[-1], 1e-9)),

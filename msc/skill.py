@@ -8,18 +8,15 @@ classifier, the *gate*, tells which chart a new task belongs to.
 from __future__ import annotations
 
 import inspect
-import warnings
 from collections.abc import Callable
 from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.optimize import minimize
 from sklearn.base import BaseEstimator, MultiOutputMixin, RegressorMixin, clone
 from sklearn.dummy import DummyClassifier
-from sklearn.exceptions import ConvergenceWarning
-from sklearn.gaussian_process import GaussianProcessClassifier, GaussianProcessRegressor
-from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
+from sklearn.gaussian_process import GaussianProcessRegressor
+from sklearn.gaussian_process.kernels import WhiteKernel
 from sklearn.neighbors import KNeighborsClassifier
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
@@ -27,56 +24,13 @@ from sklearn.svm import SVC
 from sklearn.utils._param_validation import HasMethods, StrOptions
 from sklearn.utils.validation import check_is_fitted, validate_data
 
+from msc.gaussian import gaussian_classifier, gaussian_process
 from msc.smce import SMCE, _seed
 
-__all__ = ["ParameterizedSkill", "gaussian_process"]
+__all__ = ["ParameterizedSkill"]
 
 Array = NDArray[np.float64]
 Charts = NDArray[np.intp]
-Optimum = tuple[Array, float]
-
-_LENGTH_SCALES = (0.2, 0.7, 2.5)  # rad; starts of the likelihood's search
-_NOISES = (1e-6, 1e-3, 1e-1)  # of the policies' variance; likewise
-
-
-def gaussian_process() -> GaussianProcessRegressor:
-    """Build the regression each chart and policy dimension gets by default.
-
-    Returns
-    -------
-    GaussianProcessRegressor
-        Unfitted; squared exponential plus white noise on standardised targets.
-
-    Notes
-    -----
-    Bounds, for tasks in radians and targets of unit variance:
-
-    - length scale 0.01 to 100: from half a degree, finer than any grid worth
-      searching, to sixteen turns, over which everything is a straight line;
-    - amplitude (a variance) 1e-3 to 1e3: a long length scale needs a large one to show
-      any slope;
-    - noise 1e-8 to 1: from a policy search's own precision to nothing but noise.
-
-    Hyper-parameters maximise the marginal likelihood, by L-BFGS-B from three fixed
-    starts: length scales 0.2, 0.7 and 2.5, each with the likeliest noise of 1e-6, 1e-3
-    and 0.1. On targets with jumps two random restarts often end in a worse optimum,
-    these seldom; and nothing is random.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> from msc.skill import gaussian_process
-    >>> tasks = np.linspace(0, 6, 30)[:, np.newaxis]
-    >>> model = gaussian_process().fit(tasks, np.sin(tasks[:, 0]))
-    >>> bool(abs(model.predict([[1.5]]) - np.sin(1.5)) < 1e-3)
-    True
-    """
-    amplitude = ConstantKernel(1.0, (1e-3, 1e3))
-    return _BoundedRegressor(
-        amplitude * RBF(1.0, (1e-2, 1e2)) + WhiteKernel(1e-3, (1e-8, 1.0)),
-        normalize_y=True,
-        optimizer=_refine_starts,
-    )
 
 
 class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: ignore[misc]
@@ -301,51 +255,6 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
         return charts.astype(np.intp)
 
 
-class _AtBounds:
-    """Let hyper-parameters rest on their bounds without a warning.
-
-    A bound is an answer here: data without noise push the noise to its floor, a
-    constant policy the amplitude, a straight chart the length scale to its ceiling.
-    """
-
-    def fit(self, X: Any, y: Any) -> Self:
-        with warnings.catch_warnings():
-            message = ".*is close to the specified"
-            warnings.filterwarnings("ignore", message, ConvergenceWarning)
-            super().fit(X, y)  # type: ignore[misc]
-        return self
-
-
-class _BoundedRegressor(_AtBounds, GaussianProcessRegressor):  # type: ignore[misc]
-    pass
-
-
-class _BoundedClassifier(_AtBounds, GaussianProcessClassifier):  # type: ignore[misc]
-    pass
-
-
-def _refine_starts(
-    objective: Callable[..., Any],
-    initial: Array,  # noqa: ARG001
-    bounds: Array,
-) -> Optimum:
-    """Minimise from each length scale, at the noise that suits it; return the best."""
-    starts = [
-        min(
-            (np.log([1.0, length_scale, noise]) for noise in _NOISES),
-            key=lambda start: objective(start, eval_gradient=False),
-        )
-        for length_scale in _LENGTH_SCALES
-    ]
-    found = [_refine(objective, start, bounds) for start in starts]
-    return min(found, key=lambda optimum: optimum[1])
-
-
-def _refine(objective: Callable[..., Any], initial: Array, bounds: Array) -> Optimum:
-    found = minimize(objective, initial, jac=True, bounds=bounds, method="L-BFGS-B")
-    return found.x, found.fun
-
-
 def _seeded_clone(estimator: Any, seed: int) -> Any:
     """Clone an estimator, giving `seed` to every random_state that is None."""
     copy = clone(estimator)
@@ -361,7 +270,5 @@ _GATES: dict[str, Callable[[], Any]] = {
     "nearest": lambda: KNeighborsClassifier(n_neighbors=1),
     # Chart labels carry no noise, hence little slack: even small charts are learned.
     "svm": lambda: make_pipeline(StandardScaler(), SVC(C=1e4)),
-    "gp": lambda: _BoundedClassifier(
-        ConstantKernel(1.0, (1e-3, 1e3)) * RBF(1.0, (1e-2, 1e2)), optimizer=_refine
-    ),
+    "gp": gaussian_classifier,
 }

@@ -15,20 +15,24 @@ import cvxpy as cp
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
-from scipy.linalg import eigh
-from scipy.sparse.linalg import eigsh
 from sklearn.base import BaseEstimator, ClusterMixin
-from sklearn.cluster import KMeans
 from sklearn.neighbors import NearestNeighbors
 from sklearn.utils import check_random_state
 from sklearn.utils._param_validation import Interval, StrOptions
 from sklearn.utils.validation import validate_data
 
+from msc.spectral import (
+    cluster_rows,
+    elbow,
+    laplacian_eigen,
+    unit_rows,
+    within_chart_squares,
+)
+
 __all__ = ["SMCE"]
 
 Array = NDArray[np.float64]
 
-_LARGEST_DENSE = 3000  # points; above, only the eigenvectors needed are computed
 _ZERO = 1e-10  # coefficients; the solver leaves about 1e-13 where the optimum has 0
 _COPY = 1e-10  # of the furthest neighbour's distance: nearer ones are the same point
 _TOLERANCES = {
@@ -204,18 +208,18 @@ class SMCE(ClusterMixin, BaseEstimator):  # type: ignore[misc]
         self.affinity_matrix_ = directed.maximum(directed.T).tocsr()
 
         curve_length = min(self.max_clusters, n_samples)
-        self.eigenvalues_, vectors = _laplacian_eigen(
+        self.eigenvalues_, vectors = laplacian_eigen(
             self.affinity_matrix_, max(self.n_clusters or 1, curve_length), seed
         )
         self.elbow_curve_ = np.array(
             [
-                _within_chart_squares(X, _cluster(_unit_rows(vectors[:, :s]), seed))
+                within_chart_squares(X, cluster_rows(unit_rows(vectors[:, :s]), seed))
                 for s in range(1, curve_length + 1)
             ]
         )
-        self.n_clusters_ = self.n_clusters or _elbow(self.elbow_curve_)
-        self.embedding_ = _unit_rows(vectors[:, : self.n_clusters_])
-        self.labels_ = _cluster(self.embedding_, seed)
+        self.n_clusters_ = self.n_clusters or elbow(self.elbow_curve_)
+        self.embedding_ = unit_rows(vectors[:, : self.n_clusters_])
+        self.labels_ = cluster_rows(self.embedding_, seed)
         return self
 
 
@@ -288,44 +292,3 @@ def _to_sparse(rows: Array, neighbors: NDArray[np.intp]) -> sp.csr_array:
     matrix.eliminate_zeros()
     matrix.sort_indices()
     return matrix
-
-
-def _laplacian_eigen(affinity: sp.csr_array, k: int, seed: int) -> tuple[Array, Array]:
-    """Return eigenvalues (ascending) and the first k vectors of the Laplacian."""
-    n_points = affinity.shape[0]
-    scale = sp.diags_array(1 / np.sqrt(affinity.sum(axis=1)))
-    laplacian = sp.eye_array(n_points) - scale @ affinity @ scale
-    if n_points <= _LARGEST_DENSE:
-        values, vectors = eigh(laplacian.toarray())
-    else:  # shift-invert: the small eigenvalues of a long chain lie very close
-        start = np.random.default_rng(seed).standard_normal(n_points)
-        values, vectors = eigsh(laplacian.tocsc(), k, sigma=-1e-3, v0=start)
-        order = np.argsort(values)
-        values, vectors = values[order], vectors[:, order]
-    return np.clip(values, 0.0, 2.0), vectors[:, :k]
-
-
-def _unit_rows(vectors: Array) -> Array:
-    lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
-    return np.asarray(vectors / np.where(lengths > 0, lengths, 1.0))
-
-
-def _cluster(embedding: Array, seed: int) -> NDArray[np.intp]:
-    """Find as many clusters as there are columns; number them as they appear."""
-    # As many distinct rows, at least: the eigenvectors are linearly independent.
-    k_means = KMeans(embedding.shape[1], n_init=10, random_state=seed)
-    found = k_means.fit_predict(embedding)
-    _, first, inverse = np.unique(found, return_index=True, return_inverse=True)
-    return np.argsort(np.argsort(first))[inverse]
-
-
-def _within_chart_squares(X: Array, labels: NDArray[np.intp]) -> float:
-    members = np.eye(labels.max() + 1)[labels]
-    centers = (members.T @ X) / members.sum(axis=0)[:, None]
-    return float(((X - centers[labels]) ** 2).sum())
-
-
-def _elbow(curve: Array) -> int:
-    """Return the count furthest below the chord; rescaling axes cannot change it."""
-    chord = np.linspace(curve[0], curve[-1], len(curve))
-    return int(np.argmax(chord - curve)) + 1

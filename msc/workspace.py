@@ -128,12 +128,23 @@ class Workspace:
 
     @classmethod
     def free(cls) -> Workspace:
-        """Return the workspace without obstacles (Experiment 1 of the paper)."""
+        """Return the workspace without obstacles (Experiment 1 of the paper).
+
+        Returns
+        -------
+        Workspace
+            The workspace.
+        """
         return cls()
 
     @classmethod
     def obstacles(cls) -> Workspace:
         """Return the workspace with obstacles (Experiment 2 of the paper).
+
+        Returns
+        -------
+        Workspace
+            The workspace.
 
         Notes
         -----
@@ -145,6 +156,16 @@ class Workspace:
     @classmethod
     def named(cls, name: str) -> Workspace:
         """Return the ready workspace of that name.
+
+        Parameters
+        ----------
+        name : {"free", "obstacles"}
+            Which.
+
+        Returns
+        -------
+        Workspace
+            The workspace.
 
         Raises
         ------
@@ -182,7 +203,7 @@ class Workspace:
         return self.goal_radius * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
 
 
-LAYOUT_SEED = 0
+LAYOUT_SEED = 3
 
 
 def random_circles(seed: int) -> tuple[Circle, ...]:

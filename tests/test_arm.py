@@ -12,10 +12,11 @@ from msc.workspace import LINK_RADIUS, Circle, Workspace, chain
 
 bullet = load_pybullet()
 free = Workspace.free()
-walled = replace(free, name="walled", circles=(Circle(-0.25, -0.62, 0.06),))
+circles = (Circle(-0.5, 0.2, 0.05), Circle(0.2, -0.5, 0.05))
+walled = replace(free, name="walled", circles=circles)
 
 rng = np.random.default_rng(0)
-policies = 5 * rng.normal(size=(20, 6))
+policies = 4 * rng.normal(size=(20, 6))
 tasks = rng.uniform(0, 360, size=20)
 
 
@@ -40,13 +41,15 @@ def bits(rollout):
     return [np.asarray(value).tobytes() for value in astuple(rollout)]
 
 
-def gaps(rollout, circle):
-    """Measure the gap of arm and obstacle at 200 points of each link, every step."""
+def gap(rollout):
+    """Measure the least gap of arm and obstacles, at 200 points a link, each step."""
     joints = chain(rollout.joints, free.link_lengths)[:, None]
     along = np.linspace(0, 1, 200)[:, None, None]
     points = joints[:, :, :-1] + along * np.diff(joints, axis=2)
-    nearest = np.linalg.norm(points - circle[:2], axis=-1).min(axis=(1, 2))
-    return nearest - LINK_RADIUS - circle.radius
+    return min(
+        np.linalg.norm(points - circle[:2], axis=-1).min() - LINK_RADIUS - circle.radius
+        for circle in circles
+    )
 
 
 # The body
@@ -65,10 +68,10 @@ def test_forward_kinematics_are_those_of_pybullet(arm, pose):
     )
     found = [place for place, _ in frames] + [tip]
     wanted = np.c_[chain(pose, free.link_lengths), np.zeros(4)]
-    np.testing.assert_allclose(found, wanted, atol=1e-9)
+    np.testing.assert_allclose(found, wanted, atol=1e-7)
 
 
-def test_torques_accelerate_the_links_as_thin_rods():
+def test_torques_accelerate_the_links_as_rigid_bodies():
     torque = np.array([3.0, -2.0, 1.0])
     far = free.home + np.sign(torque)  # so far off that every torque is at its limit
     world = World(free, Controller(torque_limit=tuple(abs(torque))), 1)
@@ -81,12 +84,13 @@ def test_torques_accelerate_the_links_as_thin_rods():
     for link, (mass, rod) in enumerate(zip(free.link_masses, turned, strict=True)):
         moved = np.arange(3) <= link
         levers = (places[link] + rod / 2 - places[:3]) * moved
-        spin = abs(rod) ** 2 / 12 * np.outer(moved, moved)
+        sides = np.array([abs(rod) + 2 * LINK_RADIUS, 2 * LINK_RADIUS])  # of its box
+        spin = np.sum(sides**2) / 12 * np.outer(moved, moved)
         inertia += mass * (np.outer(levers.conj(), levers).real + spin)
     np.testing.assert_allclose(
         joints[0, 1] - free.home,
         TIME_STEP**2 * np.linalg.solve(inertia, torque),
-        rtol=1e-3,
+        rtol=0.02,
     )
 
 
@@ -94,19 +98,26 @@ def test_torques_accelerate_the_links_as_thin_rods():
 
 
 def test_the_arm_follows_its_plan(arm):
-    plan = arm.plan(policies, free.target(tasks))
-    for wanted, rollout in zip(plan, arm.execute_many(policies, tasks), strict=True):
-        assert abs(rollout.joints - wanted).max() < 0.1
-        assert abs(rollout.joints[-1] - wanted[-1]).max() < 0.01
+    plans = arm.plan(policies, free.target(tasks))
+    for plan, rollout in zip(plans, arm.execute_many(policies, tasks), strict=True):
+        path = chain(plan, free.link_lengths)[:, -1]
+        behind = np.hypot(*(rollout.path - path).T)
+        assert behind.mean() < 0.02
+        assert behind.max() < 0.06
+
+
+def test_given_time_the_arm_comes_to_rest_where_it_should(arm):
+    plan = arm.plan(policies[:9], free.target(tasks[:9]))
+    plan = np.concatenate([plan, np.repeat(plan[:, -1:], 960, axis=1)], axis=1)
+    joints, _, _ = arm._world.track(plan)
+    np.testing.assert_allclose(joints[:, -1], plan[:, -1], atol=2e-3)
 
 
 def test_a_weak_arm_is_left_behind(arm):
     controller = Controller(torque_limit=(0.4, 0.2, 0.05))
     with Arm(free, controller=controller) as weak:
         found = weak.execute(np.zeros(6), 270)
-    strong = arm.execute(np.zeros(6), 270)
-    assert found.energy < 0.2 * strong.energy
-    assert found.error > 2 * strong.error
+    assert found.error > 3 * arm.execute(np.zeros(6), 270).error
 
 
 def test_the_plan_holds_its_last_pose_while_the_arm_settles(arm):
@@ -141,25 +152,20 @@ def test_a_task_is_an_angle_modulo_360(arm):
 # Obstacles
 
 
-def test_some_of_these_movements_meet_the_obstacle(rollouts):
-    touched = [rollout.touched for rollout in rollouts]
-    assert 4 <= sum(touched) <= 16
-    assert touched == [rollout.contact_impulse > 0 for rollout in rollouts]
-
-
-def test_an_obstacle_is_touched_when_the_gap_closes_and_never_passed(rollouts):
-    for rollout in rollouts:
-        gap = gaps(rollout, walled.circles[0]).min()
-        assert gap > -0.002
-        assert rollout.touched == (gap < 7e-4)
+def test_an_obstacle_is_touched_when_the_gap_closes_and_never_entered(rollouts):
+    gaps = np.array([gap(rollout) for rollout in rollouts])
+    touched = np.array([rollout.touched for rollout in rollouts])
+    assert 5 <= touched.sum() <= 15
+    assert (touched == (gaps < 1e-3)).all()
+    assert gaps.min() > -0.002
 
 
 def test_an_obstacle_stops_the_arm(arm, walled_arm):
-    through = arm.execute(np.zeros(6), 290)
-    assert gaps(through, walled.circles[0]).min() < -0.05
-    stopped = walled_arm.execute(np.zeros(6), 290)
-    assert stopped.contact_impulse > 0.1
-    assert stopped.error > through.error + 0.05
+    through, stopped = (one.execute(np.zeros(6), 90) for one in (arm, walled_arm))
+    assert gap(through) < -0.05
+    assert gap(stopped) > -0.002
+    assert stopped.contact_impulse > 1
+    assert stopped.error > through.error + 0.1
 
 
 def test_an_obstacle_out_of_the_way_changes_nothing(arm, rollouts):
@@ -191,23 +197,22 @@ def test_in_any_slot_after_any_other(walled_arm, rollouts, seed):
 
 
 def test_contacts_of_several_links_add_up_in_any_order():
-    wild = 16 * np.random.default_rng(1).normal(size=(90, 6))
-    layout = Workspace.obstacles()
-    with Arm(layout) as one, Arm(layout, n_parallel=4) as other:
-        impulses = [
-            [rollout.contact_impulse for rollout in arm.execute_many(wild, 250)]
-            for arm in (one, other)
-        ]
+    wild = 16 * np.random.default_rng(1).normal(size=(36, 6))
+    impulses = []
+    for n_parallel in (9, 4):
+        with Arm(Workspace.obstacles(), n_parallel=n_parallel) as arm:
+            found = arm.execute_many(wild, 0)
+        impulses.append([rollout.contact_impulse for rollout in found])
     assert impulses[0] == impulses[1]
 
 
 def test_two_arms_do_not_meet(walled_arm, rollouts):
     with Arm(walled) as other, Arm(free) as third:
         assert len({walled_arm.client_id, other.client_id, third.client_id}) == 3
-        for policy, task, rollout in zip(policies, tasks, rollouts, strict=True):
-            third.execute(policy, task)
-            other.execute(-policy, task)
-            assert bits(walled_arm.execute(policy, task)) == bits(rollout)
+        for k in np.flatnonzero([rollout.touched for rollout in rollouts])[:4]:
+            third.execute(policies[k], tasks[k])
+            other.execute(-policies[k], tasks[k])
+            assert bits(walled_arm.execute(policies[k], tasks[k])) == bits(rollouts[k])
 
 
 def test_closing_one_arm_leaves_the_other(walled_arm, rollouts):

@@ -20,7 +20,9 @@ ROW = [
     "dataset",
     "jumps",
     "survey",
+    "spectral",
     "smce",
+    "gaussian",
     "skill",
     "crkr",
     "comparison",
@@ -32,8 +34,8 @@ ROW = [
     "book",
     "cli",
 ]
-ROBOT = set(ROW[: ROW.index("smce")]) - {"tables", "jumps"}
-LEARNERS = {"smce", "skill", "crkr"}
+ROBOT = set(ROW[: ROW.index("spectral")]) - {"tables", "jumps"}
+LEARNERS = {"spectral", "smce", "gaussian", "skill", "crkr"}
 ONLY_IN = {
     "pybullet": {"bullet"},
     "pybullet_data": {"bullet"},

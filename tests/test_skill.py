@@ -15,8 +15,9 @@ from sklearn.linear_model import LinearRegression, LogisticRegression
 from sklearn.neighbors import KNeighborsRegressor
 from sklearn.utils.estimator_checks import parametrize_with_checks
 
-import msc.skill
-from msc.skill import ParameterizedSkill, gaussian_process
+import msc.gaussian
+from msc.gaussian import gaussian_process
+from msc.skill import ParameterizedSkill
 from msc.smce import SMCE
 
 tasks = np.linspace(0, 2 * np.pi, 48, endpoint=False)[:, None]
@@ -361,11 +362,11 @@ def test_pickle_and_clone(gate):
 
 
 def test_nothing_of_the_search_is_shared_between_fits():
-    starts = (msc.skill._LENGTH_SCALES, msc.skill._NOISES)
+    starts = (msc.gaussian._LENGTH_SCALES, msc.gaussian._NOISES)
     gp = GaussianProcessRegressor(RBF(2.0), optimizer=None)
     fast(None, regressor=gp).fit(tasks, policies)
     assert not hasattr(gp, "kernel_")
-    assert starts == (msc.skill._LENGTH_SCALES, msc.skill._NOISES)
+    assert starts == (msc.gaussian._LENGTH_SCALES, msc.gaussian._NOISES)
 
 
 @parametrize_with_checks(

@@ -11,8 +11,9 @@ from scipy.sparse.csgraph import connected_components
 from sklearn.base import clone
 from sklearn.utils.estimator_checks import parametrize_with_checks
 
-import msc.smce
+import msc.spectral
 from msc.smce import SMCE
+from msc.spectral import elbow
 
 GOLDEN = Path(__file__).parent / "golden"
 FORMS = ("normalized", "raw")
@@ -272,7 +273,7 @@ def test_elbow_lies_furthest_below_the_chord(curve):
         return
     x, y = np.linspace(0, 1, len(curve)), (curve - curve[-1]) / np.ptp(curve)
     below = (1 - x - y) / np.sqrt(2)  # distance of (x, y) from the line x + y = 1
-    assert np.isclose(below[msc.smce._elbow(curve) - 1], below.max(), atol=1e-9)
+    assert np.isclose(below[elbow(curve) - 1], below.max(), atol=1e-9)
 
 
 @pytest.mark.parametrize("max_clusters", [1, 2])
@@ -282,7 +283,7 @@ def test_a_curve_without_an_elbow_is_one_chart(max_clusters):
 
 def test_large_data_take_the_sparse_road_to_the_same_charts(monkeypatch):
     dense = SMCE(3, n_neighbors=7, random_state=0).fit(random_points(7, 60, 2))
-    monkeypatch.setattr(msc.smce, "_LARGEST_DENSE", 0)
+    monkeypatch.setattr(msc.spectral, "_LARGEST_DENSE", 0)
     sparse = clone(dense).fit(random_points(7, 60, 2))
     np.testing.assert_allclose(sparse.eigenvalues_, dense.eigenvalues_[:10], atol=1e-9)
     np.testing.assert_array_equal(sparse.labels_, dense.labels_)

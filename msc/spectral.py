@@ -1,0 +1,129 @@
+"""Spectral clustering of an affinity graph, and the elbow of a curve over charts."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+from scipy.linalg import eigh
+from scipy.sparse.linalg import eigsh
+from sklearn.cluster import KMeans
+
+Array = NDArray[np.float64]
+
+_LARGEST_DENSE = 3000  # points; above, only the eigenvectors needed are computed
+
+
+def laplacian_eigen(affinity: sp.csr_array, k: int, seed: int) -> tuple[Array, Array]:
+    """Decompose the symmetric normalised Laplacian of an affinity graph.
+
+    Parameters
+    ----------
+    affinity : sparse array of shape (n_points, n_points)
+        Symmetric, without negative entries.
+    k : int
+        Number of eigenvectors.
+    seed : int
+        Seed of the iterative solver's first vector, for more than 3000 points.
+
+    Returns
+    -------
+    values : ndarray
+        Eigenvalues, ascending: all of them, or the first k for more than 3000 points.
+    vectors : ndarray of shape (n_points, k)
+        Eigenvectors of the first k.
+    """
+    n_points = affinity.shape[0]
+    scale = sp.diags_array(1 / np.sqrt(affinity.sum(axis=1)))
+    laplacian = sp.eye_array(n_points) - scale @ affinity @ scale
+    if n_points <= _LARGEST_DENSE:
+        values, vectors = eigh(laplacian.toarray())
+    else:  # shift-invert: the small eigenvalues of a long chain lie very close
+        start = np.random.default_rng(seed).standard_normal(n_points)
+        values, vectors = eigsh(laplacian.tocsc(), k, sigma=-1e-3, v0=start)
+        order = np.argsort(values)
+        values, vectors = values[order], vectors[:, order]
+    return np.clip(values, 0.0, 2.0), vectors[:, :k]
+
+
+def unit_rows(vectors: Array) -> Array:
+    """Scale every row to unit length; rows of zeros stay.
+
+    Parameters
+    ----------
+    vectors : ndarray of shape (n_points, k)
+        Any vectors.
+
+    Returns
+    -------
+    ndarray of shape (n_points, k)
+        The same directions.
+    """
+    lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return np.asarray(vectors / np.where(lengths > 0, lengths, 1.0))
+
+
+def cluster_rows(embedding: Array, seed: int) -> NDArray[np.intp]:
+    """Find as many clusters as there are columns; number them as they appear.
+
+    Parameters
+    ----------
+    embedding : ndarray of shape (n_points, k)
+        Rows to cluster by k-means.
+    seed : int
+        Seed of k-means.
+
+    Returns
+    -------
+    ndarray of shape (n_points,)
+        Labels from 0 to k - 1, in order of first appearance.
+    """
+    # As many distinct rows, at least: the eigenvectors are linearly independent.
+    k_means = KMeans(embedding.shape[1], n_init=10, random_state=seed)
+    found = k_means.fit_predict(embedding)
+    _, first, inverse = np.unique(found, return_index=True, return_inverse=True)
+    return np.argsort(np.argsort(first))[inverse]
+
+
+def within_chart_squares(X: Array, labels: NDArray[np.intp]) -> float:
+    """Sum the squared distances of points from their chart's mean.
+
+    Parameters
+    ----------
+    X : ndarray of shape (n_points, n_features)
+        Points.
+    labels : ndarray of shape (n_points,)
+        Their charts, from 0 on without gaps.
+
+    Returns
+    -------
+    float
+        The sum.
+    """
+    members = np.eye(labels.max() + 1)[labels]
+    centers = (members.T @ X) / members.sum(axis=0)[:, None]
+    return float(((X - centers[labels]) ** 2).sum())
+
+
+def elbow(curve: Array) -> int:
+    """Find the elbow of a falling curve: the entry furthest below its chord.
+
+    Rescaling an axis cannot change it.
+
+    Parameters
+    ----------
+    curve : ndarray of shape (n_counts,)
+        A value for each count 1, 2, …
+
+    Returns
+    -------
+    int
+        The count at the elbow.
+
+    Examples
+    --------
+    >>> elbow(np.array([9.0, 4.0, 1.0, 0.9, 0.8]))
+    3
+    """
+    chord = np.linspace(curve[0], curve[-1], len(curve))
+    return int(np.argmax(chord - curve)) + 1

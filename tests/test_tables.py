@@ -1,0 +1,200 @@
+import hashlib
+import json
+import shutil
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import msc.tables
+from msc.tables import COLUMNS, WEIGHTS, find_data, load_dataset, replace_file
+from msc.tables import save_table as save
+
+
+def made_up(n_tasks=5, **columns):
+    rng = np.random.default_rng(0)
+    table = {
+        name: {"integer": np.arange(n_tasks), "string": ["start 0"] * n_tasks}.get(
+            kind, rng.normal(size=n_tasks)
+        )
+        for name, (kind, _) in COLUMNS.items()
+    }
+    table["task_deg"] = 360 * np.arange(n_tasks) / n_tasks
+    return pd.DataFrame(table | columns)
+
+
+@pytest.fixture
+def path(tmp_path):
+    path = tmp_path / "data" / "free.csv"
+    save(made_up(), path, command="msc search", seed=7)
+    return path
+
+
+def package(path):
+    return json.loads(path.with_name("datapackage.json").read_text())
+
+
+def rewrite(path, table):
+    """Write a table that no data package describes."""
+    path.with_name("datapackage.json").unlink()
+    table.to_csv(path, index=False)
+    return path
+
+
+# There and back
+
+
+def test_a_table_comes_back_bit_for_bit(path):
+    tasks, policies, table = load_dataset(path)
+    pd.testing.assert_frame_equal(table, made_up(), check_exact=True)
+    np.testing.assert_array_equal(tasks[:, 0], np.deg2rad(made_up()["task_deg"]))
+    np.testing.assert_array_equal(policies, made_up()[list(WEIGHTS)])
+    assert (tasks.shape, policies.shape) == ((5, 1), (5, 6))
+
+
+def test_every_number_comes_back(path):
+    patterns = np.random.default_rng(0).integers(2**63, size=3000)
+    numbers = patterns.view(float)
+    numbers[~np.isfinite(numbers)] = -0.0
+    save(made_up(3000, cost=numbers), path, command="", seed=0)
+    assert load_dataset(path)[2]["cost"].to_numpy().tobytes() == numbers.tobytes()
+
+
+def test_tasks_come_back_ascending(path):
+    save(made_up()[::-1], path, command="", seed=0)
+    tasks, policies, _ = load_dataset(path)
+    assert (np.diff(tasks[:, 0]) > 0).all()
+    np.testing.assert_array_equal(policies, made_up()[list(WEIGHTS)])
+
+
+def test_columns_come_in_one_order_whatever_the_table_s(path):
+    before = path.read_bytes()
+    shuffled = made_up()[list(COLUMNS)[::-1]].assign(extra=1)
+    save(shuffled, path, command="", seed=0)
+    assert path.read_bytes() == before
+
+
+# The data package
+
+
+def test_the_package_says_what_a_table_is(path):
+    (resource,) = package(path)["resources"]
+    content = path.read_bytes()
+    assert resource["path"] == "free.csv"
+    assert resource["bytes"] == len(content)
+    assert resource["hash"] == f"sha256:{hashlib.sha256(content).hexdigest()}"
+    assert (resource["command"], resource["seed"]) == ("msc search", 7)
+    assert {"python", "numpy", "pybullet", "cma"} <= set(resource["versions"])
+    fields = resource["schema"]["fields"]
+    assert [field["name"] for field in fields] == list(pd.read_csv(path).columns)
+    assert all(field["type"] and field["description"] for field in fields)
+
+
+def test_saving_again_replaces_that_table_alone(path):
+    save(made_up(3), path.with_name("free_test.csv"), command="more", seed=1)
+    save(made_up(4), path, command="again", seed=2)
+    old, new = sorted(package(path)["resources"], key=lambda one: one["command"])[::-1]
+    assert (old["path"], new["path"]) == ("free_test.csv", "free.csv")
+    assert (new["command"], new["seed"]) == ("again", 2)
+    assert len(load_dataset(path)[0]) == 4
+    assert len(load_dataset(path.with_name("free_test.csv"))[0]) == 3
+
+
+def test_saving_the_same_gives_the_same_bytes(path):
+    folder = path.parent
+    before = {one.name: one.read_bytes() for one in folder.iterdir()}
+    save(made_up(), path, command="msc search", seed=7)
+    assert {one.name: one.read_bytes() for one in folder.iterdir()} == before
+
+
+# Where the data are
+
+
+def test_a_name_is_looked_up_here_and_above(path, monkeypatch):
+    deep = path.parents[1] / "book" / "chapter"
+    deep.mkdir(parents=True)
+    for folder in (path.parents[1], deep):
+        monkeypatch.chdir(folder)
+        assert find_data() == path.parent
+        assert len(load_dataset("free")[0]) == 5
+
+
+def test_elsewhere_the_data_are_those_beside_msc(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert find_data().parent.joinpath("msc", "tables.py").is_file()
+
+
+# Bad tables
+
+
+@pytest.mark.parametrize("name", ["fre", "no/such.csv", "."])
+def test_a_missing_file_is_named(name):
+    with pytest.raises(ValueError, match=r"dataset '.*' is not there; wanted one of"):
+        load_dataset(name)
+
+
+def test_a_missing_table_of_a_known_name_is_named(path, monkeypatch):
+    monkeypatch.chdir(path.parents[1])
+    with pytest.raises(ValueError, match=r"dataset 'obstacles' is not there"):
+        load_dataset("obstacles")
+
+
+def test_missing_columns_are_named(path):
+    rewrite(path, made_up().drop(columns=["cost", "weight_y2"]))
+    with pytest.raises(ValueError, match=r"free\.csv: columns missing: weight_y2, cost"):
+        load_dataset(path)
+
+
+def test_duplicate_tasks_are_named(path):
+    rewrite(path, made_up(task_deg=[0.0, 5.0, 10.0, 5.0, 20.0]))
+    with pytest.raises(ValueError, match=r"duplicate tasks at task_deg=\[5\.0\]"):
+        load_dataset(path)
+
+
+@pytest.mark.parametrize("value", [np.nan, np.inf])
+def test_columns_that_are_not_finite_are_named(path, value):
+    rewrite(path, made_up(weight_x3=[1.0, 2.0, value, 4.0, 5.0]))
+    with pytest.raises(ValueError, match=r"free\.csv: NaN or infinite .* in weight_x3"):
+        load_dataset(path)
+
+
+def test_text_among_numbers_is_shown(path):
+    rewrite(path, made_up(cost=["a lot", "2", "3", "4", "5"]))
+    with pytest.raises(ValueError, match=r"free\.csv: wanted numbers: .*'a lot'"):
+        load_dataset(path)
+
+
+def test_a_changed_table_is_refused_and_its_command_shown(path):
+    path.write_bytes(path.read_bytes().replace(b"start 0", b"start 1", 1))
+    with pytest.raises(ValueError, match=r"free\.csv: checksum .* it: msc search$"):
+        load_dataset(path)
+
+
+def test_a_table_without_a_package_is_taken_as_it_is(path, tmp_path):
+    alone = shutil.copy(path, tmp_path)
+    assert len(load_dataset(alone)[0]) == 5
+
+
+@pytest.mark.parametrize("content", ["", ",".join(COLUMNS) + "\n"])
+def test_an_empty_table_is_named(path, content):
+    path.with_name("datapackage.json").unlink()
+    path.write_text(content)
+    with pytest.raises(ValueError, match=r"free\.csv: "):
+        load_dataset(path)
+
+
+# Whole or not at all
+
+
+def test_a_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
+    file = tmp_path / "new" / "file.txt"
+    replace_file(file, "old")
+
+    def fail(_):
+        raise OSError("disk full")
+
+    monkeypatch.setattr(msc.tables.os, "fsync", fail)
+    with pytest.raises(OSError, match="disk full"):
+        replace_file(file, "new")
+    assert file.read_text() == "old"
+    assert [one.name for one in file.parent.iterdir()] == ["file.txt"]
