@@ -13,8 +13,11 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+import yaml
+
 from msc.book import build_book
-from msc.chapters import BookError
+from msc.chapters import BookError, run_chapters
+from msc.notebook import write_notebook
 from msc.tables import load_dataset, replace_file, save_table
 from msc.workspace import Workspace
 
@@ -40,7 +43,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         prog="msc", description="Parameterized skills by manifold clustering."
     )
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for add in (_add_search, _add_survey, _add_render, _add_book):
+    for add in (_add_search, _add_survey, _add_render, _add_run, _add_book):
         add(commands)
     options = parser.parse_args(arguments)
     try:
@@ -174,6 +177,37 @@ def _run_render(options: argparse.Namespace) -> None:
         rollout = arm.execute(policy, options.task)
     render(world, rollout, target, out)
     print(f"{out}: {origin} ends {100 * rollout.error:.2f} cm from the target")
+
+
+def _add_run(commands: "_Commands") -> None:
+    """Declare `msc run`."""
+    parser = commands.add_parser("run", help="execute one chapter")
+    parser.add_argument(
+        "chapter", type=Path, help="for example book/fig3_free_24.ipynb"
+    )
+    parser.add_argument(
+        "-p",
+        dest="parameters",
+        nargs=2,
+        action="append",
+        default=[],
+        metavar=("NAME", "VALUE"),
+        help="a parameter of the chapter; may be repeated",
+    )
+    parser.add_argument("--out", type=Path, required=True, help="an .ipynb file")
+    parser.set_defaults(run=_run_chapter)
+
+
+def _run_chapter(options: argparse.Namespace) -> None:
+    """Execute a chapter by papermill; refuse parameters that it does not have."""
+    out: Path = options.out
+    _check_jobs_and_folder(1, out)
+    given = {name: yaml.safe_load(value) for name, value in options.parameters}
+    root = Path.cwd()
+    chapters = {options.chapter: given}
+    (chapter,) = run_chapters(chapters, root=root, cache=root / "_build/cache", jobs=1)
+    write_notebook(chapter.notebook, out)
+    print(f"{out}: {chapter.seconds:.1f} s")
 
 
 def _add_book(commands: "_Commands") -> None:

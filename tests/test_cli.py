@@ -1,0 +1,263 @@
+import json
+import os
+import shlex
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+from PIL import Image
+
+import msc.camera
+import msc.cli
+import msc.dataset
+import msc.search
+import msc.survey
+from msc.cli import main
+from msc.tables import COLUMNS, load_dataset, save_table
+
+SEARCH = ["search", "--tasks", "2", "--jobs", "1"]
+ZERO = ["--policy", *"000000"]
+
+# A search cut short that waits, its first two results in the journal, for Ctrl-C.
+WAITING = """
+import sys, time
+import msc.dataset, msc.search
+from msc.cli import main
+from msc.journal import Journal
+
+msc.search.MAX_EVALUATIONS, msc.dataset.MAX_SWEEPS = 9, 1
+append = Journal.append
+
+def append_and_wait(journal, *entry):
+    append(journal, *entry)
+    if len(journal.results) == 2:
+        time.sleep(60)
+
+Journal.append = append_and_wait
+sys.exit(main())
+"""
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@pytest.fixture
+def short(monkeypatch):
+    monkeypatch.setattr(msc.search, "MAX_EVALUATIONS", 9)
+    monkeypatch.setattr(msc.dataset, "MAX_SWEEPS", 1)
+
+
+def files(folder="."):
+    return sorted(str(one) for one in Path(folder).rglob("*") if one.is_file())
+
+
+# msc search
+
+
+def test_a_search_writes_a_table_that_says_how_it_was_made(short, capfd):
+    assert main([*SEARCH, "--seed", "5", "--out", "new/free.csv"]) == 0
+    assert files() == ["new/datapackage.json", "new/free.csv"]
+    table = load_dataset(Path("new/free.csv"))[2]
+    assert table["task_deg"].tolist() == [0, 180]
+    assert (table["seed"] == 5).all()
+    (resource,) = json.loads(Path("new/datapackage.json").read_text())["resources"]
+    assert resource["command"] == (
+        "msc search --workspace free --tasks 2 --offset 0 --seed 5 --out data/free.csv"
+    )
+    out, err = capfd.readouterr()
+    assert out.startswith("new/free.csv: 2 tasks, at most ")
+    assert out.count("\n") == 1
+    assert "task/s" in err
+
+
+def test_the_command_in_the_package_makes_the_same_table(short):
+    assert main([*SEARCH, "--out", "data/free.csv"]) == 0
+    more = ["--offset", "7.5", "--guide", "data/free.csv", "--out", "data/test.csv"]
+    assert main([*SEARCH, *more]) == 0
+    before = {name: Path(name).read_bytes() for name in files()}
+    for resource in json.loads(before["data/datapackage.json"])["resources"]:
+        assert main([*shlex.split(resource["command"])[1:], "--jobs", "1"]) == 0
+    assert {name: Path(name).read_bytes() for name in files()} == before
+
+
+def test_a_search_ended_by_ctrl_c_goes_on_to_the_same_bytes(short, here):
+    arguments = [*SEARCH, "--out", "whole/free.csv"]
+    assert main(arguments) == 0
+    package = Path(msc.cli.__file__).parents[1]
+    process = subprocess.Popen(
+        [sys.executable, "-c", WAITING, *SEARCH, "--out", "half/free.csv"],
+        env={**os.environ, "PYTHONPATH": str(package)},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    journal = here / "half" / ".free.csv.partial"
+    while process.poll() is None:
+        if journal.is_file() and journal.read_bytes().count(b"\n") == 3:
+            process.send_signal(signal.SIGINT)
+            break
+        time.sleep(0.05)
+    out, err = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert out == ""
+    assert err.endswith("msc: the same command goes on from here\nmsc: interrupted\n")
+    assert "Traceback" not in err
+    assert files("half") == ["half/.free.csv.partial"]
+
+    assert main([*SEARCH, "--out", "half/free.csv"]) == 0
+    assert files("half") == ["half/datapackage.json", "half/free.csv"]
+    for name in ("free.csv", "datapackage.json"):
+        assert Path("half", name).read_bytes() == Path("whole", name).read_bytes()
+
+
+def test_what_was_found_survives_a_full_disk(short, monkeypatch, capsys):
+    def fail(*_, **__):
+        raise OSError(28, "No space left on device", "free.csv")
+
+    with monkeypatch.context() as patch:
+        patch.setattr(msc.cli, "save_table", fail)
+        assert main([*SEARCH, "--out", "free.csv"]) == 2
+    assert "No space left on device: free.csv" in capsys.readouterr().err
+    assert files() == [".free.csv.partial"]
+    monkeypatch.setattr(msc.dataset, "search_policy", None)
+    assert main([*SEARCH, "--out", "free.csv"]) == 0
+
+
+# msc render
+
+
+def test_a_given_policy_is_drawn(capfd):
+    arguments = ["--workspace", "obstacles", "--task", "200", "--out", "new/arm.png"]
+    assert main(["render", *arguments, *ZERO]) == 0
+    with Image.open("new/arm.png") as strip:
+        assert strip.width == 6 * strip.height
+    out, err = capfd.readouterr()
+    assert out.startswith("new/arm.png: the given policy ends ")
+    assert out.endswith(" cm from the target\n")
+    assert not err
+
+
+def test_by_default_the_nearest_task_s_policy_is_drawn(monkeypatch, capsys):
+    table = pd.DataFrame(np.zeros((4, len(COLUMNS))), columns=list(COLUMNS))
+    table["task_deg"], table["winner"] = [0.0, 90.0, 180.0, 270.0], "start 0"
+    save_table(table, Path("data/free.csv"), command="", seed=0)
+    monkeypatch.setattr(msc.camera, "render", lambda *_: None)
+    for task, nearest in ((359, 0), (100, 90), (226, 270), (-80, 270), (720, 0)):
+        assert main(["render", "--task", str(task), "--out", "arm.gif"]) == 0
+        assert f"the policy searched for {nearest}° ends" in capsys.readouterr().out
+
+
+# msc survey
+
+
+@pytest.mark.parametrize(
+    ("constant", "function"), [("cut", "locate_cut"), ("layout", "choose_layout")]
+)
+def test_a_survey_writes_what_it_measured(constant, function, monkeypatch, capsys):
+    asked = {}
+
+    def measure(**options):
+        asked.update(options)
+        return {"tie_deg": 70.2}
+
+    monkeypatch.setattr(msc.survey, function, measure)
+    arguments = ["--seed", "3", "--jobs", "1", "--out", "results/found.json"]
+    assert main(["survey", constant, *arguments]) == 0
+    assert json.loads(Path("results/found.json").read_text()) == {"tie_deg": 70.2}
+    assert (asked["seed"], asked["jobs"]) == (3, 1)
+    assert capsys.readouterr().out == "results/found.json\n"
+
+
+# Bad input
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        ("search --workspace fre --out free.csv", "workspace='fre'"),
+        ("search --tasks 1 --out free.csv", "tasks=1"),
+        ("search --tasks 4 --offset 90 --out free.csv", "offset=90"),
+        ("search --jobs 0 --out free.csv", "jobs=0"),
+        ("search --seed -1 --out free.csv", "seed=-1"),
+        ("search --guide no.csv --out free.csv", "'no.csv' is not there"),
+        ("search --out file/free.csv", "out=file/free.csv"),
+        ("search --out file/deeper/free.csv", "out=file/deeper/free.csv"),
+        ("search --out folder", "out=folder"),
+        ("search --out free.txt", "out=free.txt"),
+        ("survey cut --out file/cut.json", "out=file/cut.json"),
+        ("survey layout --out folder", "out=folder"),
+        ("survey cut --jobs 0 --out cut.json", "jobs=0"),
+        ("survey cut --seed -1 --out cut.json", "seed=-1"),
+        ("render --task 0 --out arm.mp4 --policy 0 0 0 0 0 0", "out='arm.mp4'"),
+        ("render --task nan --out a.gif --policy 0 0 0 0 0 0", "task_deg=nan"),
+        ("render --task 0 --out a.gif --policy 0 0", "policy has shape (2,)"),
+        ("render --task 0 --out a.gif --policy 0 0 0 0 0 nan", "policy has NaN"),
+        ("render --task 0 --out file/a.gif --policy 0 0 0 0 0 0", "out=file/a.gif"),
+        ("render --task 0 --out a.gif --workspace free2", "workspace='free2'"),
+        ("book --profile quik", "profile"),
+        ("book --profile quik", "'quik'"),
+    ],
+)
+def test_bad_input_is_named_in_a_sentence(
+    arguments, complaint, here, monkeypatch, capfd
+):
+    works = (msc.dataset, "search_tasks"), (msc.camera, "render")
+    works += (msc.survey, "locate_cut"), (msc.survey, "choose_layout")
+    for module, work in works:
+        monkeypatch.setattr(module, work, None)  # it must not come to that
+    Path("folder").mkdir()
+    Path("file").touch()
+    before = sorted(here.rglob("*"))
+    assert main(arguments.split()) == 2
+    out, err = capfd.readouterr()
+    assert not out
+    assert err.startswith("msc: error: ")
+    assert err.count("\n") == 1
+    assert complaint in err
+    assert sorted(here.rglob("*")) == before
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        ("", "COMMAND"),
+        ("serch", "invalid choice: 'serch'"),
+        ("search", "--out"),
+        ("search --tasks few --out free.csv", "--tasks: invalid int value: 'few'"),
+        ("survey home --out cut.json", "invalid choice: 'home'"),
+        ("render --out arm.gif", "--task"),
+    ],
+)
+def test_a_malformed_command_line_is_refused(arguments, complaint, capsys):
+    with pytest.raises(SystemExit, match="2"):
+        main(arguments.split())
+    assert complaint in capsys.readouterr().err
+    assert not files()
+
+
+def test_a_policy_may_have_any_sign(monkeypatch):
+    monkeypatch.setattr(msc.camera, "render", lambda *_: None)
+    policy = ["-1", "2", "-3.5", "1e1", "-0", "-.5"]
+    arguments = ["render", "--task", "-90", "--out", "arm.gif", "--policy", *policy]
+    assert main(arguments) == 0
+
+
+def test_the_module_runs_as_a_program():
+    package = Path(msc.cli.__file__).parents[1]
+    run = subprocess.run(
+        [sys.executable, "-m", "msc", "search", "--tasks", "1", "--out", "free.csv"],
+        env={**os.environ, "PYTHONPATH": str(package)},
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert (run.returncode, run.stdout) == (2, "")
+    assert run.stderr == "msc: error: tasks=1; wanted at least 2\n"
