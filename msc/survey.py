@@ -32,7 +32,8 @@ from msc.workspace import Workspace, chain, clearance, random_circles
 Costs = Callable[[NDArray[np.float64]], list[float]]
 
 KNOT = 1 / 60  # s; step of the plans looked at
-DEPTH_WEIGHT = 20.0  # 1/(m s); a centimetre deep for a tenth of a second costs 0.02
+DEPTH_WEIGHT = 100.0  # 1/(m s); a centimetre deep for a tenth of a second costs 0.1
+MAX_DEPTH = 0.002  # m; an arm that has to enter an obstacle deeper cannot reach
 
 MAX_DISTANCE = 0.01  # m; farther from its target a task counts as unreachable
 MIN_JUMPS = 3  # the premise of the paper's Experiment 2
@@ -145,14 +146,19 @@ def _look_at(layout: int, n_tasks: int, seed: int) -> dict[str, Any]:
             best[k] = min(best[k], start, key=lambda start: start.cost)
     policies = np.array([start.policy for start in best])
     jumps = find_jumps(tasks, policies)
-    _, path, _ = _plan(world, dmp, policies, np.array(tasks))
+    _, path, depth = _plan(world, dmp, policies, np.array(tasks))
     farthest = float(np.hypot(*(path[:, -1] - world.target(tasks)).T).max())
     return {
         "layout": layout,
         "circles": [list(circle) for circle in world.circles],
         "jumps_after_deg": [tasks[jump] for jump in jumps],
         "largest_distance_m": farthest,
-        "fit": farthest < MAX_DISTANCE and len(jumps) >= MIN_JUMPS,
+        "largest_depth_m": float(depth.max()),
+        "fit": bool(
+            farthest < MAX_DISTANCE
+            and depth.max() < MAX_DEPTH
+            and len(jumps) >= MIN_JUMPS
+        ),
     }
 
 

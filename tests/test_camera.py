@@ -11,7 +11,8 @@ target = obstacles.target(200)
 
 
 def pose(turn=0.0):
-    return np.array(obstacles.home) + [turn, 0, 0]
+    first, second, third = obstacles.home
+    return first + turn, second, third
 
 
 def turning(n_steps=60):
@@ -49,7 +50,8 @@ def test_a_picture_shows_target_hand_and_obstacles(camera):
 
 def test_the_hand_is_seen_on_the_side_where_it_is(camera):
     for turn, wanted in ((0.0, -1), (np.pi, 1)):  # home is left of the base, and below
-        red, _, blue = np.moveaxis(np.asarray(camera.shoot(pose(turn)), dtype=int), 2, 0)
+        picture = np.asarray(camera.shoot(pose(turn)), dtype=int)
+        red, _, blue = np.moveaxis(picture, -1, 0)
         rows, columns = np.nonzero(blue - red > 80)
         assert np.sign(columns.mean() - 90) == wanted
         assert np.sign(90 - rows.mean()) == wanted

@@ -190,13 +190,13 @@ def test_a_survey_writes_what_it_measured(constant, function, monkeypatch, capsy
         ("search --guide no.csv --out free.csv", "'no.csv' is not there"),
         ("search --out file/free.csv", "out=file/free.csv"),
         ("search --out file/deeper/free.csv", "out=file/deeper/free.csv"),
-        ("search --out folder", "out=folder"),
+        ("search --out folder.csv", "out=folder.csv"),
         ("search --out free.txt", "out=free.txt"),
         ("survey cut --out file/cut.json", "out=file/cut.json"),
-        ("survey layout --out folder", "out=folder"),
+        ("survey layout --out cut.txt", "out=cut.txt"),
         ("survey cut --jobs 0 --out cut.json", "jobs=0"),
         ("survey cut --seed -1 --out cut.json", "seed=-1"),
-        ("render --task 0 --out arm.mp4 --policy 0 0 0 0 0 0", "out='arm.mp4'"),
+        ("render --task 0 --out arm.mp4 --policy 0 0 0 0 0 0", "arm.mp4"),
         ("render --task nan --out a.gif --policy 0 0 0 0 0 0", "task_deg=nan"),
         ("render --task 0 --out a.gif --policy 0 0", "policy has shape (2,)"),
         ("render --task 0 --out a.gif --policy 0 0 0 0 0 nan", "policy has NaN"),
@@ -213,7 +213,7 @@ def test_bad_input_is_named_in_a_sentence(
     works += (msc.survey, "locate_cut"), (msc.survey, "choose_layout")
     for module, work in works:
         monkeypatch.setattr(module, work, None)  # it must not come to that
-    Path("folder").mkdir()
+    Path("folder.csv").mkdir()
     Path("file").touch()
     before = sorted(here.rglob("*"))
     assert main(arguments.split()) == 2

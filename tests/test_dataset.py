@@ -102,7 +102,9 @@ def test_a_table_has_one_row_a_task(whole, short):
     np.testing.assert_array_equal(
         table["cost"], table["cost_distance"] + table["cost_energy"]
     )
-    np.testing.assert_array_equal(table["cost_distance"], 100 * table["distance_m"] ** 2)
+    np.testing.assert_array_equal(
+        table["cost_distance"], 100 * table["distance_m"] ** 2
+    )
     np.testing.assert_array_equal(
         table["cost_energy"], 0.005 * table["energy_rad2_per_s"]
     )
@@ -190,9 +192,7 @@ def test_guides_on_either_side_are_neighbours_too(monkeypatch):
 
 
 @pytest.mark.parametrize("n_done", [1, 4, 6])
-def test_an_interrupted_search_ends_alike(
-    n_done, whole, short, tmp_path, monkeypatch
-):
+def test_an_interrupted_search_ends_alike(n_done, whole, short, tmp_path, monkeypatch):
     journal = tmp_path / "journal"
     really, calls = msc.dataset.search_policy, []
 

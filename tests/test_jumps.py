@@ -69,7 +69,7 @@ def test_a_jump_is_large_against_the_spread(step, found):
     ],
 )
 def test_other_lengths_are_refused(tasks, policies):
-    with pytest.raises(ValueError, match=r"policies has shape .* wanted one row a task"):
+    with pytest.raises(ValueError, match=r"policies has shape .* one row a task"):
         find_jumps(tasks, policies)
 
 

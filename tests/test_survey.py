@@ -1,12 +1,16 @@
+from dataclasses import replace
+
 import numpy as np
-import pandas as pd
 import pytest
 
+import msc.search
 import msc.survey
+from msc.arm import Arm
+from msc.bullet import TIME_STEP
+from msc.dmp import DMP
 from msc.search import SearchResult
 from msc.survey import choose_layout, locate_cut
-from msc.tables import WEIGHTS
-from msc.workspace import random_circles
+from msc.workspace import Circle, Workspace, chain, clearance, random_circles
 
 
 @pytest.mark.parametrize(("tie", "cut"), [(70.2, 70.5), (70.5, 70.5), (70.6, 71.0)])
@@ -26,27 +30,61 @@ def test_the_cut_is_where_both_sides_cost_the_same(tie, cut, monkeypatch):
     np.testing.assert_allclose(found["cost_from_above"], 10 - (angles - tie) / 100)
 
 
-def test_the_layout_is_the_first_that_can_be_reached_and_jumps(monkeypatch, tmp_path):
-    n_jumps, farthest = [5, 2, 3, 9], [0.02, 0.001, 0.009, 0.001]
-    plans = []
+@pytest.mark.parametrize("jobs", [1, 2])
+def test_the_layout_is_the_first_whose_tasks_are_reached_and_jump(jobs, monkeypatch):
+    fits = [False, False, True, True]
 
-    def search(plan, *, jobs, journal, progress):
-        layout = len(plans)
-        plans.append(plan)
-        assert journal == tmp_path / f"layout_{layout}.partial"
-        n_tasks = len(plan.tasks_deg)
-        angles = np.deg2rad(plan.tasks_deg)
-        lifts = 5 * np.searchsorted(np.arange(1, n_jumps[layout] + 1) * 7, range(72))
-        table = pd.DataFrame({"task_deg": plan.tasks_deg, "distance_m": 0.0})
-        table.loc[n_tasks // 2, "distance_m"] = farthest[layout]
-        return table.assign(**{name: np.sin(angles) + lifts for name in WEIGHTS})
+    def look_at(layout, n_tasks, seed):
+        assert (n_tasks, seed) == (36, 4)
+        return {"layout": layout, "fit": fits[layout]}
 
-    monkeypatch.setattr(msc.survey, "search_tasks", search)
-    found = choose_layout(seed=4, journals=tmp_path)
-    assert [one["chosen"] for one in found["layouts"]] == [False, False, True]
+    monkeypatch.setattr(msc.survey, "_look_at", look_at)
+    monkeypatch.setattr(msc.survey, "Parallel", lambda n_jobs: starcall)
+    found = choose_layout(seed=4, jobs=jobs)
+    assert found["chosen"] == 2
     assert [one["layout"] for one in found["layouts"]] == [0, 1, 2]
-    assert [len(one["jumps_after_deg"]) for one in found["layouts"]] == n_jumps[:3]
-    assert [one["largest_distance_m"] for one in found["layouts"]] == farthest[:3]
-    for layout, plan in enumerate(plans):
-        assert plan.workspace.circles == random_circles(layout)
-        assert (plan.seed, len(plan.tasks_deg)) == (4, 72)
+
+
+def starcall(calls):
+    """Do what joblib would, in this process."""
+    return [function(*arguments, **options) for function, arguments, options in calls]
+
+
+def test_a_look_at_a_layout_says_what_it_found(monkeypatch):
+    monkeypatch.setattr(msc.search, "MAX_EVALUATIONS", 9)
+    found = msc.survey._look_at(3, n_tasks=6, seed=0)
+    assert found == msc.survey._look_at(3, n_tasks=6, seed=0)
+    assert found["circles"] == [list(circle) for circle in random_circles(3)]
+    assert set(found["jumps_after_deg"]) <= set(range(0, 360, 60))
+    reached, jumps = found["largest_distance_m"] < 0.01, len(found["jumps_after_deg"])
+    assert found["fit"] == (reached and jumps >= 3)
+
+
+def test_the_planned_cost_is_that_of_an_arm_that_does_what_is_planned():
+    world, policies = Workspace.free(), np.random.default_rng(0).normal(size=(9, 6))
+    with Arm(world) as arm:
+        plans = arm.plan(policies, np.tile(world.target(200), (9, 1)))
+    ends = chain(plans[:, -1], world.link_lengths)[:, -1]
+    missed = np.hypot(*(ends - world.target(200)).T)
+    energy = np.sum(np.diff(plans, axis=1) ** 2, axis=(1, 2)) / TIME_STEP
+    walled = replace(world, circles=(Circle(0.0, 0.8, 0.05),))
+    np.testing.assert_allclose(
+        msc.survey._planned_cost(walled, DMP(), 200)(policies),
+        100 * missed**2 + 0.005 * energy,
+        rtol=0.01,
+    )
+
+
+def test_entering_an_obstacle_costs_the_depth_and_the_time():
+    free, policies = Workspace.free(), np.zeros((1, 6))
+    walled = replace(free, circles=(Circle(-0.5, 0.2, 0.05),))
+    joints, _, depth = msc.survey._plan(walled, DMP(), policies, np.array([90.0]))
+    gaps = clearance(chain(joints, free.link_lengths), walled.circles[0]) - 0.05
+    np.testing.assert_allclose(depth, np.maximum(0, -gaps))
+    assert depth.max() > 0.05
+    outside = replace(free, circles=(Circle(0.0, 0.8, 0.05),))
+    extra = np.subtract(
+        msc.survey._planned_cost(walled, DMP(), 90)(policies),
+        msc.survey._planned_cost(outside, DMP(), 90)(policies),
+    )
+    assert extra == pytest.approx(20 * depth.sum() / 60)

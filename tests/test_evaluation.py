@@ -1,0 +1,222 @@
+import numpy as np
+import pandas as pd
+import pytest
+
+from msc.arm import Arm
+from msc.evaluation import READINGS, Experiment
+from msc.search import cost
+from msc.tables import COLUMNS, WEIGHTS, save_table
+
+GRID, TEST = np.arange(0, 360, 15.0), np.array([5.0, 95.0, 170.0, 200.0, 292.0])
+METHODS = ["charts", "single regression", "nearest neighbour"]
+METHODS += ["mean policy", "zero policy"]
+
+
+def made_up(tasks_deg):
+    """Make a table of policies that jump twice, between grid tasks 7, 8 and 15, 16."""
+    angles = np.deg2rad(tasks_deg)
+    curve = np.c_[np.sin(angles), np.cos(angles), np.sin(2 * angles)]
+    lifts = 6.0 * np.searchsorted([112.5, 232.5], tasks_deg)
+    table = pd.DataFrame(0.0, index=range(len(angles)), columns=list(COLUMNS))
+    table[list(WEIGHTS)] = np.c_[curve, 2 * curve] + lifts[:, None]
+    table["task_deg"], table["winner"] = tasks_deg, "start 0"
+    return table.assign(cost=0.1 + tasks_deg / 1000)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("repository")
+    for name, tasks in (("free", GRID), ("free_test", TEST)):
+        table = made_up(tasks)
+        save_table(table, folder / "data" / f"{name}.csv", command="", seed=0)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def experiment(folder):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        return Experiment("free", n_samples=12, n_charts=3)
+
+
+@pytest.fixture(autouse=True)
+def here(folder, monkeypatch):
+    monkeypatch.chdir(folder)
+
+
+policies, searched = (
+    made_up(tasks)[list(WEIGHTS)].to_numpy() for tasks in (GRID, TEST)
+)
+
+
+# The experiment
+
+
+def test_training_tasks_are_spread_over_the_grid(experiment):
+    assert experiment.chosen.tolist() == list(range(0, 24, 2))
+    assert experiment.n_samples == 12
+    np.testing.assert_array_equal(experiment.policies, policies)
+    np.testing.assert_array_equal(experiment.test_policies, searched)
+    np.testing.assert_allclose(np.rad2deg(experiment.test_tasks[:, 0]), TEST)
+
+
+def test_jumps_are_found_on_the_whole_grid(experiment):
+    assert experiment.jumps.tolist() == [7, 15]
+
+
+def test_all_methods_are_fitted_on_the_training_tasks_alone(experiment):
+    assert list(experiment.methods) == METHODS
+    nearest = experiment.predict("nearest neighbour", experiment.tasks[::2])
+    np.testing.assert_array_equal(nearest, policies[::2])
+    mean = experiment.predict("mean policy", experiment.test_tasks)
+    np.testing.assert_allclose(mean, np.tile(policies[::2].mean(axis=0), (5, 1)))
+    assert not experiment.predict("zero policy", experiment.test_tasks).any()
+    assert experiment.methods["charts"].n_charts_ == 3
+    assert experiment.methods["single regression"].n_charts_ == 1
+
+
+def test_the_elbow_counts_charts_of_the_training_policies(experiment):
+    assert 1 <= experiment.elbow <= 10
+
+
+def test_the_same_seed_gives_the_same_numbers(experiment):
+    again = Experiment("free", n_samples=12, n_charts=3)
+    for reading in READINGS:
+        pd.testing.assert_frame_equal(
+            again.squared_errors(reading),
+            experiment.squared_errors(reading),
+            check_exact=True,
+        )
+
+
+# Mean squared errors
+
+
+def test_errors_are_averaged_over_the_six_dimensions(experiment):
+    errors = experiment.squared_errors()
+    assert list(errors.columns) == METHODS
+    np.testing.assert_allclose(errors.index, TEST)
+    np.testing.assert_allclose(errors["zero policy"], (searched**2).mean(axis=1))
+    nearest = policies[[0, 6, 12, 14, 20]]
+    np.testing.assert_allclose(
+        errors["nearest neighbour"], ((nearest - searched) ** 2).mean(axis=1)
+    )
+
+
+def test_a_known_chart_is_that_of_the_nearest_policy(experiment):
+    charts = experiment.methods["charts"].charts_
+    assert experiment.known_charts.tolist() == charts[[0, 3, 6, 7, 10]].tolist()
+
+
+def test_knowing_the_chart_concerns_the_charts_alone(experiment):
+    learned, known = (experiment.squared_errors(one) for one in READINGS[:2])
+    pd.testing.assert_frame_equal(learned[METHODS[1:]], known[METHODS[1:]])
+    predicted = experiment.methods["charts"].predict(
+        experiment.test_tasks, chart=experiment.known_charts
+    )
+    np.testing.assert_array_equal(
+        known["charts"], np.mean((predicted - searched) ** 2, axis=1)
+    )
+
+
+def test_away_from_jumps_is_farther_than_training_tasks_lie_apart(experiment):
+    far = [abs(task - np.array([112.5, 232.5])).min() > 30 for task in TEST]
+    assert far == [True, False, True, True, True]
+    assert experiment.away_from_jumps.tolist() == far
+    pd.testing.assert_frame_equal(
+        experiment.squared_errors("away from jumps"), experiment.squared_errors()[far]
+    )
+
+
+def test_the_summary_averages_over_test_tasks(experiment):
+    summary = experiment.mse_summary()
+    assert list(summary.index) == METHODS
+    assert list(summary.columns) == list(READINGS)
+    for reading in READINGS:
+        errors = experiment.squared_errors(reading)
+        np.testing.assert_allclose(summary[reading], errors.mean())
+
+
+# Execution
+
+
+def test_predicted_policies_are_executed(experiment):
+    table = experiment.executed
+    assert len(table) == len(METHODS) * len(TEST)
+    for name in ("charts", "zero policy"):
+        rows = table[table["method"] == name]
+        predicted = experiment.predict(name, experiment.test_tasks)
+        with Arm(experiment.workspace) as arm:
+            rollouts = arm.execute_many(predicted, TEST)
+        found = [100 * rollout.error for rollout in rollouts]
+        np.testing.assert_allclose(rows["error_cm"], found, rtol=1e-6)
+        excess = [cost(rollout) for rollout in rollouts] - (0.1 + TEST / 1000)
+        np.testing.assert_allclose(rows["excess_cost"], excess, rtol=1e-6)
+        assert not rows["touched"].any()
+
+
+def test_a_column_is_spread_over_the_methods(experiment):
+    wide = experiment.executed_by_method("error_cm")
+    assert list(wide.columns) == METHODS
+    np.testing.assert_allclose(wide.index, TEST)
+    for name, rows in experiment.executed.groupby("method"):
+        np.testing.assert_array_equal(wide[name], rows["error_cm"])
+
+
+def test_execution_is_summarised_by_method(experiment):
+    summary = experiment.executed_summary()
+    assert list(summary.index) == METHODS
+    error = experiment.executed_by_method("error_cm")["charts"]
+    excess = experiment.executed_by_method("excess_cost")["charts"]
+    found = summary.loc["charts"]
+    assert found["excess cost, mean"] == pytest.approx(excess.mean())
+    assert found["excess cost, median"] == pytest.approx(excess.median())
+    assert found["error (cm), mean"] == pytest.approx(error.mean())
+    assert found["error (cm), std"] == pytest.approx(error.std())
+    assert found["error (cm), median"] == pytest.approx(error.median())
+    assert found["share under 1 cm"] == (error < 1).mean()
+    assert found["share that touched"] == 0
+
+
+# Comparisons
+
+
+def test_comparisons_divide_the_means(experiment):
+    means = experiment.mse_summary()["chart known"]
+    found = experiment.compare_mse("chart known")
+    assert found.ratio == pytest.approx(means["charts"] / means["single regression"])
+    assert found.measure == "MSE, chart known"
+    assert found.verdict == "lower"
+    wide = experiment.executed_by_method("error_cm").mean()
+    found = experiment.compare_executed("error_cm", baseline="zero policy")
+    assert found.ratio == pytest.approx(wide["charts"] / wide["zero policy"])
+
+
+def test_the_full_profile_resamples_more():
+    full = Experiment("free", n_samples=12, profile="full")
+    quick = Experiment("free", n_samples=12, profile="quick")
+    assert full.n_resamples > 10 * quick.n_resamples >= 1000
+
+
+# Bad input
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        ({"profile": "quik"}, r"profile='quik'; wanted 'quick' or 'full'"),
+        ({"name": "fre"}, r"workspace='fre'"),
+        ({"name": "obstacles"}, r"dataset 'obstacles' is not there"),
+        ({"n_samples": 25}, r"n_samples=25 .* at most 24"),
+        ({"n_samples": 1}, r"n_samples=1; wanted a whole number from 2"),
+        ({"n_samples": 12.5}, r"n_samples=12\.5; wanted a whole number"),
+    ],
+)
+def test_bad_arguments_are_named(arguments, complaint):
+    with pytest.raises(ValueError, match=complaint):
+        Experiment(**{"name": "free", "n_samples": 12} | arguments)
+
+
+def test_an_unknown_reading_is_refused(experiment):
+    with pytest.raises(ValueError, match=r"reading='gates'; wanted one of"):
+        experiment.squared_errors("gates")
