@@ -4,9 +4,9 @@ from PIL import Image
 
 from msc.arm import Rollout
 from msc.camera import Camera, film, render, save_film
-from msc.workspace import Workspace, chain
+from msc.workspace import Workspace, chain, random_circles
 
-obstacles = Workspace.obstacles()
+obstacles = Workspace(name="layout 0", circles=random_circles(0))
 target = obstacles.target(200)
 
 

@@ -13,7 +13,7 @@ from msc.survey import choose_layout, locate_cut
 from msc.workspace import Circle, Workspace, chain, clearance, random_circles
 
 
-@pytest.mark.parametrize(("tie", "cut"), [(70.2, 70.5), (70.5, 70.5), (70.6, 71.0)])
+@pytest.mark.parametrize(("tie", "cut"), [(70.2, 70.5), (70.4, 70.5), (70.6, 71.0)])
 def test_the_cut_is_where_both_sides_cost_the_same(tie, cut, monkeypatch):
     def search(world, angle, *, seed, n_starts=4, start_policies=()):
         assert world.cut_deg == 0
@@ -56,8 +56,11 @@ def test_a_look_at_a_layout_says_what_it_found(monkeypatch):
     assert found == msc.survey._look_at(3, n_tasks=6, seed=0)
     assert found["circles"] == [list(circle) for circle in random_circles(3)]
     assert set(found["jumps_after_deg"]) <= set(range(0, 360, 60))
-    reached, jumps = found["largest_distance_m"] < 0.01, len(found["jumps_after_deg"])
-    assert found["fit"] == (reached and jumps >= 3)
+    assert found["fit"] == (
+        found["largest_distance_m"] < msc.survey.MAX_DISTANCE
+        and found["largest_depth_m"] < msc.survey.MAX_DEPTH
+        and len(found["jumps_after_deg"]) >= msc.survey.MIN_JUMPS
+    )
 
 
 def test_the_planned_cost_is_that_of_an_arm_that_does_what_is_planned():
@@ -87,4 +90,4 @@ def test_entering_an_obstacle_costs_the_depth_and_the_time():
         msc.survey._planned_cost(walled, DMP(), 90)(policies),
         msc.survey._planned_cost(outside, DMP(), 90)(policies),
     )
-    assert extra == pytest.approx(20 * depth.sum() / 60)
+    assert extra == pytest.approx(msc.survey.DEPTH_WEIGHT * depth.sum() / 60)
