@@ -17,7 +17,7 @@ import numpy as np
 import pandas as pd
 from joblib import Parallel, delayed, parallel_config
 from numpy.typing import ArrayLike, NDArray
-from tqdm.auto import tqdm
+from tqdm import tqdm
 
 from msc.journal import Journal
 from msc.search import ENERGY_WEIGHT, ERROR_WEIGHT, SearchResult, search_policy
