@@ -52,6 +52,10 @@ data: $(STAMP) ## search every policy in data/ again, resuming where it stopped
 		$(BIN) -m msc search --workspace $$world --tasks 24 --offset 7.5 \
 			--guide data/$$world.csv --jobs $(JOBS) --out data/$${world}_test.csv; \
 	done
+	for picture in png gif; do \
+		$(BIN) -m msc render --workspace obstacles --task 60 \
+			--out book/_static/reach.$$picture; \
+	done
 
 bench: $(STAMP) ## measure the speed of each part against a reference
 	@$(BIN) benchmarks/bench.py

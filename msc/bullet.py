@@ -115,9 +115,11 @@ class World:
         for step in range(n_rows - 1):
             position, velocity = states[step].T
             integral += ki * (wanted[step + 1] - position)
-            np.maximum(np.minimum(integral, windup, out=integral), -windup, integral)
+            np.minimum(integral, windup, out=integral)
+            np.maximum(integral, -windup, out=integral)
             torque = drive[step] - kp * position - kd * velocity + integral
-            np.maximum(np.minimum(torque, limit, out=torque), -limit, torque)
+            np.minimum(torque, limit, out=torque)
+            np.maximum(torque, -limit, out=torque)
             forces = torque.reshape(-1, 3).tolist()
             for body, force in zip(self._bodies, forces, strict=True):
                 bullet.setJointMotorControlArray(

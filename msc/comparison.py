@@ -35,8 +35,8 @@ class Comparison:
     def __str__(self) -> str:
         """Say it in a sentence."""
         return (
-            f"{self.measure}: {self.method} is {self.ratio:.2f} times {self.baseline} "
-            f"(95 % interval {self.low:.2f} to {self.high:.2f}): {self.verdict}"
+            f"{self.measure}: {self.ratio:.2f} × {self.baseline} "
+            f"[{self.low:.2f}, {self.high:.2f}]: {self.verdict}"
         )
 
     __repr__ = __str__

@@ -82,5 +82,5 @@ def test_the_interval_covers_the_truth_about_as_often_as_it_says():
 
 def test_it_is_said_in_a_sentence():
     found = Comparison("MSE", "charts", "mean", 0.5, 0.25, 0.75)
-    sentence = "MSE: charts is 0.50 times mean (95 % interval 0.25 to 0.75): lower"
+    sentence = "MSE: 0.50 × mean [0.25, 0.75]: lower"
     assert str(found) == repr(found) == sentence
