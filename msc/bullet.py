@@ -109,7 +109,7 @@ class World:
         drive = kp * wanted[1:] + kd * np.diff(wanted, axis=0) / TIME_STEP
         integral = np.zeros_like(limit)
         states = np.empty((n_rows, len(limit), 2))
-        impulse = np.zeros(self.n_arms)
+        pushes: list[list[float]] = [[] for _ in self._bodies]
         self._reset()
         states[0] = self._read()
         for step in range(n_rows - 1):
@@ -133,12 +133,12 @@ class World:
             states[step + 1] = self._read()
             if self._obstacles:
                 for contact in bullet.getContactPoints(physicsClientId=client):
-                    body, force = contact[1], contact[9]
-                    impulse[self._bodies.index(body)] += force * TIME_STEP
+                    pushes[self._bodies.index(contact[1])].append(contact[9])
         moved = states[:, : 3 * n_policies].reshape(n_rows, n_policies, 3, 2)
         joints, velocities = np.ascontiguousarray(moved.transpose(3, 1, 0, 2))
         squares = velocities[:, 1:].reshape(n_policies, -1) ** 2
-        return joints, TIME_STEP * squares.sum(axis=1), impulse[:n_policies]
+        impulse = np.array([math.fsum(forces) for forces in pushes[:n_policies]])
+        return joints, TIME_STEP * squares.sum(axis=1), TIME_STEP * impulse
 
     def _read(self) -> list[tuple[float, float]]:
         """Return position and velocity of every joint of every arm."""

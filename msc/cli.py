@@ -87,7 +87,7 @@ def _run_search(options: argparse.Namespace) -> None:
         guide=guide,
     )
     out: Path = options.out
-    _check_jobs_and_folder(options.jobs, out)
+    _check(out, ".csv", jobs=options.jobs, seed=options.seed)
     journal = out.with_name(f".{out.name}.partial")
     try:
         table = search_tasks(plan, jobs=options.jobs, journal=journal, progress=True)
@@ -122,7 +122,7 @@ def _run_survey(options: argparse.Namespace) -> None:
     from msc.survey import choose_layout, locate_cut
 
     out: Path = options.out
-    _check_jobs_and_folder(options.jobs, out)
+    _check(out, ".json", jobs=options.jobs, seed=options.seed)
     if options.constant == "cut":
         found = locate_cut(seed=options.seed, jobs=options.jobs)
     else:
@@ -131,15 +131,24 @@ def _run_survey(options: argparse.Namespace) -> None:
     print(out)
 
 
-def _check_jobs_and_folder(jobs: int, out: Path) -> None:
+def _check(out: Path, suffix: str, *, jobs: int = 1, seed: int = 0) -> None:
     """Refuse, before hours of work, what would spoil its end."""
+    if seed < 0:
+        raise ValueError(f"seed={seed}; wanted 0 or more")
     if jobs < 1:
         raise ValueError(f"jobs={jobs}; wanted at least 1")
-    out.parent.mkdir(parents=True, exist_ok=True)
+    if out.suffix != suffix:
+        raise ValueError(f"out={out}; wanted a name ending in {suffix}")
     if out.is_dir():
         raise ValueError(f"out={out} is a folder; wanted the name of a file")
-    with tempfile.TemporaryFile(dir=out.parent):
-        pass
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=out.parent):
+            pass
+    except OSError as error:
+        raise ValueError(
+            f"out={out}: its folder cannot be written to: {error.strerror}"
+        ) from None
 
 
 def _add_render(commands: "_Commands") -> None:
@@ -164,6 +173,7 @@ def _run_render(options: argparse.Namespace) -> None:
 
     out: Path = options.out
     check_suffix(out)
+    _check(out, out.suffix)
     world = Workspace.named(options.workspace)
     target = world.target(options.task)
     policy, origin = options.policy, "the given policy"
@@ -201,7 +211,7 @@ def _add_run(commands: "_Commands") -> None:
 def _run_chapter(options: argparse.Namespace) -> None:
     """Execute a chapter by papermill; refuse parameters that it does not have."""
     out: Path = options.out
-    _check_jobs_and_folder(1, out)
+    _check(out, ".ipynb")
     given = {name: yaml.safe_load(value) for name, value in options.parameters}
     root = Path.cwd()
     chapters = {options.chapter: given}

@@ -159,7 +159,7 @@ def check_policies(policy: ArrayLike, n_params: int) -> NDArray[np.float64]:
     ...
     ValueError: policy has shape (2,); wanted (6,) or (n_policies, 6)
     """
-    policies = np.asarray(policy, dtype=float)
+    policies = np.asarray(policy, dtype=float, order="C")  # results to the last bit
     if policies.ndim not in (1, 2) or policies.shape[-1] != n_params:
         raise ValueError(
             f"policy has shape {policies.shape}; wanted ({n_params},) or "
@@ -175,7 +175,8 @@ def _responses(
     dmp: DMP, times: tuple[float, ...]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Integrate the spring's response (n_times,) and the basis' (n_times, n_basis)."""
-    if not times or times[0] < 0 or any(np.diff(times) <= 0):
+    ascending = times and times[0] >= 0 and all(np.diff(times) > 0)
+    if not ascending or not math.isfinite(times[-1]):
         raise ValueError("times: wanted ascending times, none before 0")
     damping = 2 * math.sqrt(dmp.spring) if dmp.damping is None else dmp.damping
     n = 1 + dmp.n_basis

@@ -40,7 +40,7 @@ class Journal:
             return
         path.parent.mkdir(parents=True, exist_ok=True)
         lines = path.read_text().split("\n") if path.is_file() else [""]
-        if lines[0] != header:
+        if lines[0] != header or len(lines) == 1:
             path.write_text(header + "\n")
             return
         path.write_text(

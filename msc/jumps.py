@@ -42,13 +42,16 @@ def find_jumps(
     >>> find_jumps(np.arange(6), [[0.0], [0.1], [0.2], [3.0], [3.1], [3.2]])
     array([2])
     """
-    order = np.asarray(tasks, dtype=float).reshape(len(np.asarray(tasks)), -1)[:, 0]
+    order = np.asarray(tasks, dtype=float)
+    order = order[:, 0] if order.ndim == 2 else order
     values = np.asarray(policies, dtype=float)
     if values.ndim != 2 or len(values) != len(order) or len(order) < 2:
         raise ValueError(
             f"policies has shape {values.shape} for {len(order)} tasks; wanted one row "
             "a task and at least two tasks"
         )
+    if not np.isfinite(values).all():
+        raise ValueError("policies has NaN or infinite entries; wanted numbers")
     if not (np.diff(order) > 0).all():
         raise ValueError("tasks do not ascend; wanted them sorted, without duplicates")
     after = np.roll(values, -1, axis=0)

@@ -139,7 +139,7 @@ def search_policy(
     Raises
     ------
     ValueError
-        If there is no start at all, or a given policy is malformed.
+        If there is no start at all, or an argument is not a number as wanted.
 
     Examples
     --------
@@ -154,6 +154,8 @@ def search_policy(
             f"n_starts={n_starts} with {len(start_policies)} start_policies; "
             "wanted at least one start"
         )
+    if seed < 0:
+        raise ValueError(f"seed={seed}; wanted 0 or more")
     given = [check_policies(policy, dmp.n_params) for policy in start_policies]
     if not np.isfinite(task_deg):
         raise ValueError(f"task_deg={task_deg}; wanted a finite angle")

@@ -81,7 +81,7 @@ def load_dataset(
             "a path to a table"
         )
     _verify(path)
-    table = pd.read_csv(path, float_precision="round_trip")
+    table = pd.read_csv(path)
     missing = [column for column in COLUMNS if column not in table]
     if missing:
         raise ValueError(f"{path.name}: columns missing: {', '.join(missing)}")

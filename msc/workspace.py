@@ -51,7 +51,7 @@ def bent_home(
     Examples
     --------
     >>> [round(angle, 3) for angle in bent_home((0.40, 0.35, 0.25), 0.85, 0.0)]
-    [-0.587, 0.707, 0.707]
+    [-0.592, 0.707, 0.707]
     """
     first, second, third = link_lengths
     quadratic = 4 * first * third

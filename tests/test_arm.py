@@ -262,3 +262,10 @@ def test_other_numbers_of_tasks_and_policies_are_refused(arm):
 def test_a_task_that_is_no_angle_is_refused(arm):
     with pytest.raises(ValueError, match=r"task_deg=.* not finite"):
         arm.execute(np.zeros(6), math.nan)
+
+
+def test_the_order_of_policies_in_memory_does_not_matter(walled_arm):
+    by_column = np.asfortranarray(policies)
+    found = walled_arm.execute_many(by_column, tasks)
+    expected = walled_arm.execute_many(np.ascontiguousarray(policies), tasks)
+    assert [bits(rollout) for rollout in found] == [bits(one) for one in expected]
