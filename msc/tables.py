@@ -81,10 +81,15 @@ def load_dataset(
             "a path to a table"
         )
     _verify(path)
-    table = pd.read_csv(path)
+    try:
+        table = pd.read_csv(path)
+    except ValueError as error:
+        raise ValueError(f"{path.name}: wanted a table: {error}") from None
     missing = [column for column in COLUMNS if column not in table]
     if missing:
         raise ValueError(f"{path.name}: columns missing: {', '.join(missing)}")
+    if table.empty:
+        raise ValueError(f"{path.name}: no rows; wanted at least one task")
     numbers = table[[name for name, (kind, _) in COLUMNS.items() if kind != "string"]]
     try:
         values = numbers.to_numpy(dtype=float)

@@ -71,11 +71,14 @@ def test_forward_kinematics_are_those_of_pybullet(arm, pose):
     np.testing.assert_allclose(found, wanted, atol=1e-7)
 
 
-def test_torques_accelerate_the_links_as_rigid_bodies():
-    torque = np.array([3.0, -2.0, 1.0])
-    far = free.home + np.sign(torque)  # so far off that every torque is at its limit
-    world = World(free, Controller(torque_limit=tuple(abs(torque))), 1)
-    joints, _, _ = world.track(np.array([[free.home, far]]))
+@pytest.mark.parametrize(("term", "share"), [("proportional", 1), ("integral", 0.1)])
+def test_torques_at_their_limits_accelerate_the_links_as_rigid_bodies(term, share):
+    limit = np.array([3.0, 2.0, 1.0])
+    off = dict.fromkeys(("proportional", "integral", "derivative"), (0.0,) * 3)
+    gains = {**off, term: (1e6,) * 3, "torque_limit": tuple(limit / share)}
+    world = World(free, Controller(**gains), 1)
+    torque = limit * [1, -1, 1]
+    joints, _, _ = world.track(np.array([[free.home, free.home + torque]]))
     world.close()
 
     inertia = np.zeros((3, 3))
@@ -92,6 +95,26 @@ def test_torques_accelerate_the_links_as_rigid_bodies():
         TIME_STEP**2 * np.linalg.solve(inertia, torque),
         rtol=0.02,
     )
+
+
+def test_nothing_slows_the_arm_down(arm):
+    body, client = arm._world._bodies[0], {"physicsClientId": arm.client_id}
+    for joint, (angle, speed) in enumerate(zip(free.home, (2, -3, 4), strict=True)):
+        bullet.resetJointState(body, joint, angle, speed, **client)
+
+    def energy():
+        states = bullet.getJointStates(body, [0, 1, 2], **client)
+        angles, speeds, *_ = zip(*states, strict=True)
+        inertia = bullet.calculateMassMatrix(body, angles, **client)
+        return np.array(speeds) @ inertia @ speeds / 2
+
+    before = energy()
+    for _ in range(120):
+        bullet.setJointMotorControlArray(
+            body, [0, 1, 2], bullet.TORQUE_CONTROL, forces=[0, 0, 0], **client
+        )
+        bullet.stepSimulation(**client)
+    assert energy() == pytest.approx(before, rel=0.02)
 
 
 # The controller

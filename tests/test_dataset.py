@@ -169,10 +169,10 @@ def test_the_pass_rests_when_nothing_spreads(monkeypatch):
 
 
 def test_a_winner_from_next_door_is_named_so(monkeypatch):
-    depths = np.array([[1, 9, 9, 9], [1, 2, 9, 9], [9, 9, 1, 9], [9, 9, 1, 2]])
+    depths = np.array([[1, 9, 9, 9], [1, 2, 9, 9], [9, 9, 1, 9], [1, 9, 9, 2]])
     monkeypatch.setattr(msc.dataset, "search_policy", made_up_search(depths))
     winners = search_tasks(plan)["winner"].tolist()
-    assert winners == ["start 0", "task before", "start 0", "task before"]
+    assert winners == ["start 0", "task before", "start 0", "task after"]
 
 
 def test_guides_on_either_side_are_neighbours_too(monkeypatch):

@@ -3,7 +3,8 @@ import pytest
 
 import msc.search
 from msc.arm import Arm, Rollout
-from msc.search import SearchResult, Start, cost, search_policy
+from msc.dmp import DMP
+from msc.search import SearchResult, Start, cost, random_start, search_policy
 from msc.workspace import Workspace
 
 free = Workspace.free()
@@ -54,6 +55,7 @@ def test_a_search_is_a_function_of_task_and_seed():
 
 
 def test_the_global_generator_is_neither_used_nor_moved():
+    np.random.random(5)  # noqa: NPY002
     before = np.random.get_state()  # noqa: NPY002
     first = search_policy(free, 200, seed=3, n_starts=1)
     after = np.random.get_state()  # noqa: NPY002
@@ -73,7 +75,15 @@ def test_more_starts_go_on_from_fewer():
 # Starts
 
 
-def test_the_first_start_is_the_zero_policy_and_the_others_are_not():
+def test_the_first_start_is_the_zero_policy_and_the_others_are_anywhere():
+    dmp, rng = DMP(), np.random.default_rng(0)
+    assert not random_start(0, dmp, rng).any()
+    drawn = np.array([random_start(number, dmp, rng) for number in range(1, 200)])
+    assert drawn.mean() == pytest.approx(0, abs=1)
+    assert drawn.std() == pytest.approx(dmp.spring / 2, rel=0.1)
+
+
+def test_every_start_is_kept():
     found = search_policy(free, 90, seed=0, n_starts=3)
     assert [one.name for one in found.starts] == ["start 0", "start 1", "start 2"]
     assert found.evaluations == sum(one.evaluations for one in found.starts)
@@ -112,18 +122,20 @@ def test_a_hopeless_start_leaves_the_incumbent():
 
 def test_a_start_that_comes_upon_a_known_policy_joins_it():
     far = 10 * rough
-    known = SearchResult(far, 0.0, 0.0, 0.0, 0.0, (Start("start 0", far, 0.0, 9),))
+    starts = Start("start 0", far, 0.0, 9), Start("a", 2 * far, 1.0, 9, "start 0")
+    known = SearchResult(far, 0.0, 0.0, 0.0, 0.0, starts)
     again = search_policy(
         free,
         30,
         seed=0,
         n_starts=0,
-        start_policies=[far, 1.01 * far, -far],
+        start_policies=[far, 2.02 * far, -far],
         incumbent=known,
     )
-    assert [one.joined for one in again.starts] == ["", "start 0", "start 0", ""]
-    assert again.n_agreeing == 3
-    assert again.starts[1].evaluations < again.starts[3].evaluations
+    joined = [one.joined for one in again.starts[2:]]
+    assert joined == ["start 0", "start 0", ""]
+    assert again.n_agreeing == 4
+    assert again.starts[2].evaluations < again.starts[4].evaluations
 
 
 def test_agreement_is_joining_or_ending_within_a_percent():
