@@ -224,12 +224,15 @@ def _urdf(workspace: Workspace) -> str:
     offset = 0.0
     links = zip(workspace.link_lengths, workspace.link_masses, strict=True)
     for number, (length, mass) in enumerate(links, start=1):
-        rod = mass * length**2 / 12
+        # What PyBullet takes from the shape's bounding box, whatever stands here.
+        width = 2 * LINK_RADIUS
+        across = mass * ((length + width) ** 2 + width**2) / 12
+        along = mass * (2 * width**2) / 12
         lines += [
             f'<link name="link_{number}">',
             f'<inertial><origin xyz="{length / 2} 0 0"/>',
             f'<mass value="{mass}"/>',
-            f'<inertia ixx="{rod / 100}" iyy="{rod}" izz="{rod}"',
+            f'<inertia ixx="{along}" iyy="{across}" izz="{across}"',
             ' ixy="0" ixz="0" iyz="0"/></inertial>',
             "<collision>",
             f'<origin xyz="{length / 2} 0 0" rpy="0 {math.pi / 2} 0"/>',

@@ -85,9 +85,7 @@ class Camera:
         _, _, pixels, _, _ = bullet.getCameraImage(
             2 * self.size,
             2 * self.size,
-            viewMatrix=bullet.computeViewMatrix(
-                [0, -1.3, 2.3], [0, -0.05, 0], [0, 1, 0]
-            ),
+            viewMatrix=bullet.computeViewMatrix(*_VIEW),
             projectionMatrix=bullet.computeProjectionMatrixFOV(42, 1.0, 0.1, 10),
             lightDirection=[0.3, -0.6, 2.0],
             lightAmbientCoeff=0.7,

@@ -96,7 +96,7 @@ def _run_search(options: argparse.Namespace) -> None:
         raise
     command = (
         f"msc search --workspace {options.workspace} --tasks {options.tasks}"
-        f" --offset {options.offset:g} --seed {options.seed}"
+        f" --offset {options.offset:.17g} --seed {options.seed}"
         + (f" --guide data/{options.guide.name}" if options.guide else "")
         + f" --out data/{out.name}"
     )
