@@ -168,13 +168,13 @@ class Experiment:
             else:
                 predicted = method.predict(self.test_tasks)
             errors[name] = np.mean((predicted - self.test_policies) ** 2, axis=1)
-        table = pd.DataFrame(errors, index=self._test_index)
+        table = pd.DataFrame(errors, index=self.test_table["task_deg"])
         return table[self.away_from_jumps] if reading == READINGS[2] else table
 
     @cached_property
     def executed(self) -> pd.DataFrame:
         """What happens when predicted policies are run: one row a task and method."""
-        angles = np.rad2deg(self.test_tasks[:, 0])
+        angles = self.test_table["task_deg"].tolist()
         rows = []
         with Arm(self.workspace) as arm:
             for name in self.methods:
@@ -182,7 +182,7 @@ class Experiment:
                 for angle, searched, rollout in zip(
                     angles,
                     self.test_table["cost"],
-                    arm.execute_many(policies, angles.tolist()),
+                    arm.execute_many(policies, angles),
                     strict=True,
                 ):
                     rows.append(
@@ -298,7 +298,3 @@ class Experiment:
             n_resamples=self.n_resamples,
             seed=self.seed,
         )
-
-    @property
-    def _test_index(self) -> pd.Index:
-        return pd.Index(np.rad2deg(self.test_tasks[:, 0]), name="task_deg")

@@ -246,7 +246,7 @@ def minimise(
         mean,
         step,
         {
-            "seed": np.nan,  # or pycma seeds the global generator
+            "seed": np.nan,  # all draws come from rng
             "randn": lambda *shape: rng.standard_normal(shape),
             "popsize": 9,
             "maxfevals": MAX_EVALUATIONS,
