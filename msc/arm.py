@@ -9,14 +9,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.interpolate import CubicSpline
 
-from msc.bullet import TIME_STEP, Controller, World
+from msc.bullet import World
+from msc.control import TIME_STEP, Controller
 from msc.dmp import DMP, check_policies
 from msc.kinematics import follow_path
 from msc.workspace import Workspace, chain
 
-N_MOVING, N_SETTLING = 240, 24  # steps: one second of movement, a tenth to settle
+N_MOVING, N_SETTLING = 120, 12  # steps: one second of movement, a tenth to settle
 N_STEPS = N_MOVING + N_SETTLING
-PLAN_EVERY = 4  # steps; inverse kinematics at 60 Hz, cubic splines between
+PLAN_EVERY = 2  # steps; inverse kinematics at 60 Hz, cubic splines between
 
 
 @dataclass(frozen=True)
@@ -26,14 +27,14 @@ class Rollout:
     Attributes
     ----------
     joints : ndarray of shape (n_steps + 1, 3)
-        Joint angles, the start and then one row per physics step (rad).
+        Joint angles, the start and then one row per time step (rad).
     path : ndarray of shape (n_steps + 1, 2)
         Positions of the end effector (m).
     error : float
         Distance of the end effector from the target at the end of settling (m).
     energy : float
-        Squared joint velocity, summed over the joints and integrated over the movement
-        and the settling (rad²/s).
+        Squared joint velocity, the mean of each time step, summed over the joints and
+        integrated over the movement and the settling (rad²/s).
     contact_impulse : float
         Normal force of all contacts with obstacles, integrated over time (N s).
     touched : bool
@@ -71,7 +72,7 @@ class Arm:
     >>> with Arm(Workspace.free()) as arm:
     ...     rollout = arm.execute(np.zeros(6), task_deg=120)
     >>> rollout.joints.shape, rollout.touched
-    ((265, 3), False)
+    ((133, 3), False)
     """
 
     def __init__(
@@ -160,7 +161,8 @@ class Arm:
         for first in range(0, len(checked), self.n_parallel):
             batch = slice(first, first + self.n_parallel)
             plan = self.plan(checked[batch], targets[batch])
-            joints, energy, impulse = self._world.track(plan)
+            joints, impulse = self._world.track(plan)
+            energy = np.sum(np.diff(joints, axis=1) ** 2, axis=(1, 2)) / TIME_STEP
             path = chain(joints, self.workspace.link_lengths)[:, :, -1]
             error = np.hypot(*(path[:, -1] - targets[batch]).T)
             rollouts += [

@@ -15,35 +15,20 @@ import math
 import os
 import tempfile
 from collections.abc import Iterator
-from dataclasses import astuple, dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from msc.control import TIME_STEP, Controller, Pursuit
+from msc.dynamics import coupled_inertias, rod_inertia
 from msc.workspace import LINK_RADIUS, Workspace
 
-TIME_STEP = 1 / 240  # s; of the physics and of the controller
+SUBSTEPS = 2  # of the physics in a time step of the controller: 240 Hz
 
 _JOINTS = [0, 1, 2]
 _ARM_FILTER, _OBSTACLE_FILTER = (2, 1), (1, 2)  # group, mask: arms meet obstacles only
-
-
-@dataclass(frozen=True)
-class Controller:
-    """Gains of the PID controller, one number per joint.
-
-    Proportional gains are the joints' largest inertias times (20 rad/s)², derivative
-    gains make them critically damped, and the integral term, which has no weight to
-    hold up in a horizontal plane, only removes what is left. It is clamped to a tenth
-    of the torque limits so that an arm stopped by an obstacle does not wind up.
-    """
-
-    proportional: tuple[float, float, float] = (280.0, 60.0, 4.2)  # N m / rad
-    integral: tuple[float, float, float] = (280.0, 60.0, 4.2)  # N m / (rad s)
-    derivative: tuple[float, float, float] = (28.0, 6.0, 0.42)  # N m s / rad
-    torque_limit: tuple[float, float, float] = (40.0, 20.0, 5.0)  # N m
 
 
 class World:
@@ -70,6 +55,7 @@ class World:
         self.workspace, self.controller, self.n_arms = workspace, controller, n_arms
         self._bullet = load_pybullet()
         self.client_id: int = self._bullet.connect(self._bullet.DIRECT)
+        self._inertias = coupled_inertias(workspace.link_lengths, workspace.link_masses)
         self._bodies = self._load_arms()
         self._obstacles = [self._load_obstacle(*c) for c in workspace.circles]
 
@@ -81,7 +67,7 @@ class World:
 
     def track(
         self, plan: NDArray[np.float64]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Follow planned joint angles by PID torques in the physics world.
 
         Parameters
@@ -93,61 +79,45 @@ class World:
         -------
         joints : ndarray of shape (n_policies, n_steps + 1, 3)
             Joint angles that came about (rad).
-        energy : ndarray of shape (n_policies,)
-            Their `Rollout.energy` (rad²/s).
         impulse : ndarray of shape (n_policies,)
-            Their `Rollout.contact_impulse` (N s).
+            Their `Rollout.contact_impulse` (N s): PyBullet reports the forces of the
+            last sub-step of each time step, which stand for all of it.
         """
         bullet, client = self._bullet, self.client_id
         n_policies, n_rows = plan.shape[:2]
-        wanted = np.tile(self.workspace.home, (n_rows, self.n_arms))
-        wanted[:, : 3 * n_policies] = plan.transpose(1, 0, 2).reshape(n_rows, -1)
-        kp, ki, kd, limit = (
-            np.tile(gain, self.n_arms) for gain in astuple(self.controller)
-        )
-        ki, windup = ki * TIME_STEP, limit / 10
-        drive = kp * wanted[1:] + kd * np.diff(wanted, axis=0) / TIME_STEP
-        integral = np.zeros_like(limit)
-        states = np.empty((n_rows, len(limit), 2))
-        pushes: list[list[float]] = [[] for _ in self._bodies]
+        wanted = np.empty((n_rows, 3, self.n_arms))
+        wanted[:] = np.array(self.workspace.home)[:, None]
+        wanted[..., :n_policies] = plan.transpose(1, 2, 0)
+        pursuit = Pursuit(self.controller, wanted, self._inertias)
+        push, mode = bullet.setJointMotorControlArray, bullet.TORQUE_CONTROL
+        states = np.empty((n_rows, 6 * self.n_arms))
+        contacts: list[list[float]] = [[] for _ in self._bodies]
         self._reset()
         states[0] = self._read()
         for step in range(n_rows - 1):
-            position, velocity = states[step].T
-            integral += ki * (wanted[step + 1] - position)
-            np.minimum(integral, windup, out=integral)
-            np.maximum(integral, -windup, out=integral)
-            torque = drive[step] - kp * position - kd * velocity + integral
-            np.minimum(torque, limit, out=torque)
-            np.maximum(torque, -limit, out=torque)
-            forces = torque.reshape(-1, 3).tolist()
-            for body, force in zip(self._bodies, forces, strict=True):
-                bullet.setJointMotorControlArray(
-                    body,
-                    _JOINTS,
-                    bullet.TORQUE_CONTROL,
-                    forces=force,
-                    physicsClientId=client,
-                )
+            state = states[step].reshape(-1, 2, 3).transpose(1, 2, 0)
+            torques = pursuit.torques(step, state).T.tolist()
+            for body, torque in zip(self._bodies, torques, strict=True):
+                push(body, _JOINTS, mode, forces=torque, physicsClientId=client)
             bullet.stepSimulation(physicsClientId=client)
             states[step + 1] = self._read()
             if self._obstacles:
                 for contact in bullet.getContactPoints(physicsClientId=client):
-                    pushes[self._bodies.index(contact[1])].append(contact[9])
-        moved = states[:, : 3 * n_policies].reshape(n_rows, n_policies, 3, 2)
-        joints, velocities = np.ascontiguousarray(moved.transpose(3, 1, 0, 2))
-        squares = velocities[:, 1:].reshape(n_policies, -1) ** 2
-        impulse = np.array([math.fsum(forces) for forces in pushes[:n_policies]])
-        return joints, TIME_STEP * squares.sum(axis=1), TIME_STEP * impulse
+                    contacts[self._bodies.index(contact[1])].append(contact[9])
+        angles = states.reshape(n_rows, -1, 2, 3)[:, :n_policies, 0]
+        impulse = np.array([math.fsum(forces) for forces in contacts[:n_policies]])
+        return angles.swapaxes(0, 1).copy(), SUBSTEPS * TIME_STEP * impulse
 
-    def _read(self) -> list[tuple[float, float]]:
-        """Return position and velocity of every joint of every arm."""
+    def _read(self) -> list[float]:
+        """Return every arm's joint angles and velocities, one after the other."""
         read, client = self._bullet.getJointStates, self.client_id
-        return [
-            state[:2]
-            for body in self._bodies
-            for state in read(body, _JOINTS, physicsClientId=client)
-        ]
+        values: list[float] = []
+        for body in self._bodies:
+            (q1, v1, _, _), (q2, v2, _, _), (q3, v3, _, _) = read(
+                body, _JOINTS, physicsClientId=client
+            )
+            values += (q1, q2, q3, v1, v2, v3)
+        return values
 
     def _reset(self) -> None:
         """Put every arm at rest in the home pose and forget every contact."""
@@ -168,13 +138,19 @@ class World:
             deterministicOverlappingPairs=1,
             minimumSolverIslandSize=1,  # contacts of one arm are solved apart
             solverResidualThreshold=0.0,
+            numSubSteps=SUBSTEPS,
             physicsClientId=client,
         )
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder, "arm.urdf")
             file.write_text(_urdf(self.workspace))
             bodies: list[int] = [
-                bullet.loadURDF(str(file), useFixedBase=True, physicsClientId=client)
+                bullet.loadURDF(
+                    str(file),
+                    useFixedBase=True,
+                    flags=bullet.URDF_USE_INERTIA_FROM_FILE,
+                    physicsClientId=client,
+                )
                 for _ in range(self.n_arms)
             ]
         for body in bodies:
@@ -224,10 +200,7 @@ def _urdf(workspace: Workspace) -> str:
     offset = 0.0
     links = zip(workspace.link_lengths, workspace.link_masses, strict=True)
     for number, (length, mass) in enumerate(links, start=1):
-        # What PyBullet takes from the shape's bounding box, whatever stands here.
-        width = 2 * LINK_RADIUS
-        across = mass * ((length + width) ** 2 + width**2) / 12
-        along = mass * (2 * width**2) / 12
+        across, along = rod_inertia(length, mass), mass * LINK_RADIUS**2 / 2
         lines += [
             f'<link name="link_{number}">',
             f'<inertial><origin xyz="{length / 2} 0 0"/>',

@@ -10,7 +10,8 @@ from numpy.typing import ArrayLike, NDArray
 from PIL import Image
 
 from msc.arm import Rollout
-from msc.bullet import TIME_STEP, load_pybullet
+from msc.bullet import load_pybullet
+from msc.control import TIME_STEP
 from msc.workspace import LINK_RADIUS, Workspace, chain
 
 WHITE, GREY, BLUE, RED, BLACK = (

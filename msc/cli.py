@@ -43,7 +43,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
         prog="msc", description="Parameterized skills by manifold clustering."
     )
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for add in (_add_search, _add_survey, _add_render, _add_run, _add_book):
+    for add in (
+        _add_search,
+        _add_audit,
+        _add_survey,
+        _add_render,
+        _add_run,
+        _add_book,
+    ):
         add(commands)
     options = parser.parse_args(arguments)
     try:
@@ -66,6 +73,7 @@ def _add_search(commands: "_Commands") -> None:
     parser.add_argument("--guide", type=Path, help="a table: neighbours to start from")
     parser.add_argument("--seed", type=int, default=0, help="seed of every draw (0)")
     parser.add_argument("--jobs", type=int, default=2, help="worker processes (2)")
+    parser.add_argument("--dask", metavar="tcp://HOST:PORT", help="a Dask scheduler")
     parser.add_argument("--out", type=Path, required=True, help="a .csv file")
     parser.set_defaults(run=_run_search)
 
@@ -90,7 +98,13 @@ def _run_search(options: argparse.Namespace) -> None:
     _check(out, ".csv", jobs=options.jobs, seed=options.seed)
     journal = out.with_name(f".{out.name}.partial")
     try:
-        table = search_tasks(plan, jobs=options.jobs, journal=journal, progress=True)
+        table = search_tasks(
+            plan,
+            jobs=options.jobs,
+            dask=options.dask,
+            journal=journal,
+            progress=True,
+        )
     except KeyboardInterrupt:
         print("msc: the same command goes on from here", file=sys.stderr)
         raise
@@ -105,6 +119,49 @@ def _run_search(options: argparse.Namespace) -> None:
     print(
         f"{out}: {len(table)} tasks, at most {table['distance_m'].max():.2g} m missed"
     )
+
+
+def _add_audit(commands: "_Commands") -> None:
+    """Declare `msc audit`."""
+    parser = commands.add_parser("audit", help="examine a table of policies")
+    parser.add_argument("table", type=Path, help="a .csv file, as data/free.csv")
+    parser.add_argument("--sample", type=int, default=36, help="tasks searched again")
+    parser.add_argument("--seed", type=int, default=1, help="a fresh seed (1)")
+    parser.add_argument("--jobs", type=int, default=2, help="worker processes (2)")
+    parser.add_argument("--out", type=Path, help="a .json file")
+    parser.set_defaults(run=_run_audit)
+
+
+def _run_audit(options: argparse.Namespace) -> None:
+    """Execute a table's policies again, search some again, bisect its jumps."""
+    from msc.audit import LOWER, audit_table
+
+    out: Path | None = options.out
+    if out:
+        _check(out, ".json", jobs=options.jobs, seed=options.seed)
+    found = audit_table(
+        options.table,
+        n_sample=options.sample,
+        seed=options.seed,
+        jobs=options.jobs,
+        progress=True,
+    )
+    if out:
+        replace_file(out, json.dumps(found, indent=2) + "\n")
+    executed, searched = found["executed"], found["searched"]
+    print(
+        f"executed again: {executed['identical']} of {found['n_tasks']} distances "
+        f"identical, the others within {executed['largest_difference_m']:.1e} m"
+    )
+    print(
+        f"searched again: {searched['n_cheaper']} of {len(searched['task_deg'])} tasks "
+        f"cheaper by more than {LOWER:.1%}, at most "
+        f"{max(0.0, -min(searched['change_of_cost'])):.2%}"
+    )
+    for jump in found["jumps"]:
+        low, high = jump["located_deg"]
+        verdict = "jump" if jump["is_jump"] else "no jump"
+        print(f"{verdict} between {low:.10g} and {high:.10g} degrees")
 
 
 def _add_survey(commands: "_Commands") -> None:

@@ -1,14 +1,18 @@
 """The search of many tasks: parallel, resumable, the same whatever the workers.
 
-First every task on its own, then the consistency pass: tasks in even places, then those
-in odd places, are searched again from their neighbours' policies, keeping whatever
-costs least, until no behaviour spreads any further. The pass only lowers costs, and its
-order does not depend on which worker is done first.
+From coarse to fine: first tasks about five degrees apart, from several independent
+starts each, then those between, from the policies on either side and an independent
+start, and from all of them where these disagree. After either, the consistency pass:
+tasks in even places, then those in odd places, are searched again from their
+neighbours' policies, keeping whatever costs least, until no behaviour spreads any
+further. The pass only lowers costs, and its order does not depend on which worker is
+done first.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -24,8 +28,9 @@ from msc.search import ENERGY_WEIGHT, ERROR_WEIGHT, SearchResult, search_policy
 from msc.tables import WEIGHTS
 from msc.workspace import Workspace
 
-MAX_SWEEPS = 6  # of the consistency pass; it has always come to rest earlier
-_NEIGHBOURS = ("task before", "task after", "guide before", "guide after")
+COARSE_DEG = 5.0  # between tasks that are searched without a neighbour's policy
+MAX_SWEEPS = 24  # of each pass; it has always come to rest earlier
+_NEIGHBOURS = ("task before", "task after")  # the policies given to a search
 
 
 @dataclass(frozen=True)
@@ -41,10 +46,9 @@ class Plan:
     seed : int
         Seed of every draw.
     n_starts : int
-        Independent starts a task.
+        Independent starts a task, where no neighbour is known or starts disagree.
     guide : tuple of (float, tuple of float)
-        Tasks and policies found earlier; the nearest on either side of each task are
-        further neighbours in the consistency pass.
+        Tasks and policies found earlier: neighbours that are known from the beginning.
     """
 
     workspace: Workspace
@@ -127,7 +131,12 @@ def take_evenly(tasks: ArrayLike, n_samples: int) -> NDArray[np.intp]:
 
 
 def search_tasks(
-    plan: Plan, *, jobs: int = 1, journal: Path | None = None, progress: bool = False
+    plan: Plan,
+    *,
+    jobs: int = 1,
+    dask: str | None = None,
+    journal: Path | None = None,
+    progress: bool = False,
 ) -> pd.DataFrame:
     """Search the policies of many tasks.
 
@@ -137,6 +146,9 @@ def search_tasks(
         What to search.
     jobs : int, default=1
         Worker processes; the result does not depend on them.
+    dask : str, optional
+        Address of a Dask scheduler, ``"tcp://host:port"``, whose workers do the work
+        instead.
     journal : Path, optional
         File that keeps what is done, so that an interrupted search goes on from there.
         It is removed at the end by whoever keeps the table.
@@ -147,45 +159,67 @@ def search_tasks(
     -------
     DataFrame
         One row a task, with the columns of `msc.tables.COLUMNS`.
+
+    Raises
+    ------
+    ValueError
+        If the journal is in use by another search, or `dask` is not installed.
     """
-    done = Journal(journal, plan)
     tasks, n_tasks = plan.tasks_deg, len(plan.tasks_deg)
-    guides = [_nearest_guides(plan, task) for task in tasks]
-    alone: _Work = dict.fromkeys(range(n_tasks), ((), None))
-    with parallel_config("loky", inner_max_num_threads=1):
-        results = _batch(plan, alone, done, "search", jobs=jobs, progress=progress)
-        stale = set(range(n_tasks))
-        for sweep in range(2 * MAX_SWEEPS):
-            turn = [k for k in sorted(stale) if k % 2 == sweep % 2]
-            work: _Work = {
-                k: (
-                    (
-                        results[(k - 1) % n_tasks].policy,
-                        results[(k + 1) % n_tasks].policy,
-                        *(guides[k] if sweep < 2 else ()),
-                    ),
-                    results[k],
-                )
-                for k in turn
-            }
-            better = _batch(
-                plan, work, done, f"sweep {sweep}", jobs=jobs, progress=progress
-            )
-            stale -= set(turn)
-            for k, result in better.items():
-                if _differ(result, results[k]):
-                    stale |= {(k - 1) % n_tasks, (k + 1) % n_tasks}
-                results[k] = result
-            if not stale:
-                break
+    stride = 1 if plan.guide else max(1, round(COARSE_DEG * n_tasks / 360))
+    levels = [range(0, n_tasks, step) for step in sorted({stride, 1}, reverse=True)]
+    results: dict[int, SearchResult] = {}
+    with Journal(journal, plan) as done, _workers(jobs, dask):
+        for level, ring in enumerate(levels):
+            new = [k for k in ring if k not in results]
+            known: list[tuple[float, ArrayLike]] = list(plan.guide)
+            known += [(tasks[k], result.policy) for k, result in results.items()]
+            work: _Work = {k: (_on_either_side(known, tasks[k]), None) for k in new}
+            phase = f"level {level}"
+            results |= _batch(plan, work, done, phase, progress=progress)
+            _make_consistent(plan, ring, results, done, level=phase, progress=progress)
     return pd.DataFrame([_row(plan.seed, tasks[k], results[k]) for k in range(n_tasks)])
+
+
+def _make_consistent(
+    plan: Plan,
+    ring: Sequence[int],
+    results: dict[int, SearchResult],
+    done: Journal,
+    *,
+    level: str,
+    progress: bool,
+) -> None:
+    """Search tasks again from their neighbours' policies until nothing spreads."""
+    stale = set(range(len(ring)))
+    for sweep in range(MAX_SWEEPS):
+        turn = [place for place in sorted(stale) if place % 2 == sweep % 2]
+        work: _Work = {
+            ring[place]: (
+                (
+                    results[ring[place - 1]].policy,
+                    results[ring[(place + 1) % len(ring)]].policy,
+                ),
+                results[ring[place]],
+            )
+            for place in turn
+        }
+        better = _batch(plan, work, done, f"{level}, sweep {sweep}", progress=progress)
+        stale -= set(turn)
+        for place in turn:
+            k = ring[place]
+            if _differ(better[k], results[k]):
+                stale |= {(place - 1) % len(ring), (place + 1) % len(ring)}
+        results |= better
+        if not stale:
+            break
 
 
 _Work = dict[int, tuple[Sequence[NDArray[np.float64]], SearchResult | None]]
 
 
 def _batch(
-    plan: Plan, work: _Work, done: Journal, phase: str, *, jobs: int, progress: bool
+    plan: Plan, work: _Work, done: Journal, phase: str, *, progress: bool
 ) -> dict[int, SearchResult]:
     """Search the tasks of one phase, those that the journal knows excepted."""
     known = {k: done.results[phase, k] for k in work if (phase, k) in done.results}
@@ -194,7 +228,7 @@ def _batch(
         for k, arguments in work.items()
         if k not in known
     )
-    found = Parallel(n_jobs=jobs, return_as="generator_unordered")(calls)
+    found = Parallel(return_as="generator_unordered")(calls)
     bar = tqdm(
         found,
         desc=phase,
@@ -216,14 +250,20 @@ def _search(
     incumbent: SearchResult | None,
 ) -> tuple[int, SearchResult]:
     """Search one task, in a worker."""
-    return k, search_policy(
-        plan.workspace,
-        plan.tasks_deg[k],
-        seed=plan.seed,
-        n_starts=0 if incumbent else plan.n_starts,
+    workspace, task, seed = plan.workspace, plan.tasks_deg[k], plan.seed
+    result = search_policy(
+        workspace,
+        task,
+        seed=seed,
+        n_starts=0 if incumbent else 1 if start_policies else plan.n_starts,
         start_policies=start_policies,
         incumbent=incumbent,
     )
+    if not incumbent and start_policies and result.n_agreeing < len(result.starts):
+        result = search_policy(
+            workspace, task, seed=seed, n_starts=plan.n_starts - 1, incumbent=result
+        )
+    return k, result
 
 
 def _differ(one: SearchResult, other: SearchResult) -> bool:
@@ -232,13 +272,30 @@ def _differ(one: SearchResult, other: SearchResult) -> bool:
     return bool(apart > 0.05 * np.linalg.norm(other.policy))
 
 
-def _nearest_guides(plan: Plan, task: float) -> tuple[NDArray[np.float64], ...]:
-    """Return the policies of the guides next to a task, before and after it."""
-    if not plan.guide:
+def _on_either_side(
+    known: Sequence[tuple[float, ArrayLike]], task: float
+) -> tuple[NDArray[np.float64], ...]:
+    """Return the known policies next to a task, before and after it."""
+    if not known:
         return ()
-    before = min(plan.guide, key=lambda guide: (task - guide[0]) % 360)
-    after = min(plan.guide, key=lambda guide: (guide[0] - task) % 360)
-    return np.array(before[1]), np.array(after[1])
+    before = min(known, key=lambda other: (task - other[0]) % 360)
+    after = min(known, key=lambda other: (other[0] - task) % 360)
+    return np.asarray(before[1]), np.asarray(after[1])
+
+
+@contextmanager
+def _workers(jobs: int, dask: str | None) -> Iterator[None]:
+    """Let joblib use processes here, or those of a Dask cluster."""
+    if dask is None:
+        with parallel_config("loky", n_jobs=jobs, inner_max_num_threads=1):
+            yield
+        return
+    try:
+        from distributed import Client  # noqa: PLC0415
+    except ImportError:
+        raise ValueError("dask: wanted the extra, pip install 'msc[cluster]'") from None
+    with Client(dask) as client, parallel_config("dask", client=client):
+        yield
 
 
 def _row(seed: int, task: float, result: SearchResult) -> dict[str, Any]:
@@ -256,6 +313,7 @@ def _row(seed: int, task: float, result: SearchResult) -> dict[str, Any]:
         "evaluations": result.evaluations,
         "starts": len(result.starts),
         "starts_agreeing": result.n_agreeing,
+        "margin": result.margin,
         "winner": _NEIGHBOURS[int(number)] if kind == "given" else result.winner,
         "seed": seed,
     }

@@ -2,21 +2,34 @@
 
 from __future__ import annotations
 
+import fcntl
 import hashlib
 import json
 from dataclasses import asdict
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 
 from msc.search import SearchResult, Start
 
-_CODE = ("workspace", "dmp", "kinematics", "bullet", "arm", "search", "dataset")
+_CODE = (
+    "workspace",
+    "dmp",
+    "kinematics",
+    "dynamics",
+    "control",
+    "bullet",
+    "arm",
+    "search",
+    "dataset",
+)
 
 
 class Journal:
     """Results of a search, one line of JSON each, under a line that names the search.
+
+    To be used as a context manager, which holds the file locked.
 
     Parameters
     ----------
@@ -30,25 +43,30 @@ class Journal:
     ----------
     results : dict
         What is done, by phase and task number.
+
+    Raises
+    ------
+    ValueError
+        If another process has the file locked.
     """
 
     def __init__(self, path: Path | None, plan: object) -> None:
         self.results: dict[tuple[str, int], SearchResult] = {}
         self._path = path
-        header = json.dumps({"plan": _fingerprint(plan)})
-        if path is None:
-            return
-        path.parent.mkdir(parents=True, exist_ok=True)
-        lines = path.read_text().split("\n") if path.is_file() else [""]
-        if lines[0] != header or len(lines) == 1:
-            path.write_text(header + "\n")
-            return
-        path.write_text(
-            "".join(f"{line}\n" for line in lines[:-1])
-        )  # no torn last line
-        for line in lines[1:-1]:
-            entry = json.loads(line)
-            self.results[entry["phase"], entry["k"]] = _result(entry["result"])
+        self._file: IO[bytes] | None = None
+        if path is not None:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            self._file = path.open("a+b")
+            self._open(json.dumps({"plan": _fingerprint(plan)}).encode())
+
+    def __enter__(self) -> Journal:
+        """Return the journal itself."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Let the file go."""
+        if self._file is not None:
+            self._file.close()
 
     def append(self, phase: str, k: int, result: SearchResult) -> None:
         """Keep a result.
@@ -61,12 +79,47 @@ class Journal:
             The task's number.
         result : SearchResult
             What was found.
+
+        Raises
+        ------
+        OSError
+            If it cannot be written; what was kept before is left intact.
         """
         self.results[phase, k] = result
-        if self._path is not None:
-            entry = {"phase": phase, "k": k, "result": asdict(result)}
-            with self._path.open("a") as file:
-                file.write(json.dumps(entry, default=np.ndarray.tolist) + "\n")
+        entry = {"phase": phase, "k": k, "result": asdict(result)}
+        self._write(json.dumps(entry, default=np.ndarray.tolist).encode())
+
+    def _open(self, header: bytes) -> None:
+        """Lock the file and take over what it holds of this search."""
+        assert self._file is not None
+        try:
+            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            self._file.close()
+            raise ValueError(
+                f"{self._path} is in use by another search; wait for it, stop it, or "
+                "write elsewhere"
+            ) from None
+        self._file.seek(0)
+        lines = self._file.read().split(b"\n")
+        if lines[0] != header or len(lines) == 1:
+            self._file.truncate(0)
+            self._write(header)
+            return
+        self._file.truncate(sum(len(line) + 1 for line in lines[:-1]))  # no torn line
+        for line in lines[1:-1]:
+            entry = json.loads(line)
+            self.results[entry["phase"], entry["k"]] = _result(entry["result"])
+
+    def _write(self, line: bytes) -> None:
+        """Append a line at once."""
+        if self._file is None:
+            return
+        try:
+            self._file.write(line + b"\n")
+            self._file.flush()
+        except OSError as error:
+            raise OSError(error.errno, error.strerror, str(self._path)) from None
 
 
 def _result(entry: dict[str, Any]) -> SearchResult:

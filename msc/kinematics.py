@@ -60,15 +60,17 @@ def follow_path(
     joints = np.empty((len(targets), 3, *targets.shape[1:]))
     joints[0] = np.reshape(home, lengths.shape)
     for before, after, target in zip(joints, joints[1:], targets[1:], strict=False):
-        arms = lengths * np.exp(1j * np.cumsum(before, axis=0))
+        arms = lengths * np.exp(1j * np.add.accumulate(before))
         arms[1] += arms[2]
         arms[0] += arms[1]  # now arms[k] points from joint k to the end effector
         error = target - arms[0]
         arms *= 1j  # the Jacobian's columns
-        p = 0.5 * np.sum(arms.real**2 + arms.imag**2, axis=0) + DAMPING**2
-        r = 0.5 * np.sum(arms * arms, axis=0)
+        turned = arms.conj()
+        p = 0.5 * np.add.reduce(arms * turned).real + DAMPING**2
+        r = 0.5 * np.add.reduce(arms * arms)
         y = (p * error - r * error.conj()) / (p * p - (r * r.conj()).real)
-        step = (arms.conj() * y).real
-        np.clip(step, -MAX_JOINT_STEP, MAX_JOINT_STEP, out=step)
+        step = (turned * y).real
+        np.minimum(step, MAX_JOINT_STEP, out=step)
+        np.maximum(step, -MAX_JOINT_STEP, out=step)
         np.add(before, step, out=after)
     return np.moveaxis(joints, (0, 1), (-2, -1))

@@ -15,27 +15,29 @@ from numpy.typing import ArrayLike, NDArray
 
 from msc.arm import Arm, Rollout
 from msc.dmp import DMP, check_policies
-from msc.workspace import Workspace
+from msc.workspace import Workspace, chain
 
 ERROR_WEIGHT = 100.0  # 1/m²
 ENERGY_WEIGHT = 0.005  # s/rad²
-FIRST_STEP, SMALL_STEP = 0.5, 0.05  # of CMA-ES, in spring constants
-MAX_EVALUATIONS = 4000  # of one start; converged ones take 1000 to 1500
+FIRST_STEP, SMALL_STEP = 0.5, 0.006  # of CMA-ES, in spring constants
+NEAR, SAME = 0.05, 0.01  # of a policy's norm: on the way to it, and there
+MAX_EVALUATIONS = 4000  # of one start; converged ones take 400 to 2000
+PATIENCE = 1200  # evaluations; a start then still twice as dear as a known one ends
 
 
 @dataclass(frozen=True)
 class Start:
     """One run of CMA-ES: its name, what it found, what that took.
 
-    A run that came upon the policy of an earlier one is stopped there: `joined` names
-    that one.
+    A run that came near the policy of an earlier one is stopped there: `joined` is the
+    number of that one, else -1.
     """
 
     name: str
     policy: NDArray[np.float64]
     cost: float
     evaluations: int
-    joined: str = ""
+    joined: int = -1
 
 
 @dataclass(frozen=True)
@@ -69,17 +71,41 @@ class SearchResult:
     @property
     def winner(self) -> str:
         """Name of the start that gave the policy."""
-        return min(self.starts, key=lambda start: start.cost).name
+        return self.starts[self._best].name
 
     @property
     def n_agreeing(self) -> int:
-        """Starts that ended at the policy: joined it, or within 1 % of its norm."""
-        close = 0.01 * np.linalg.norm(self.policy)
-        return sum(
-            start.joined == self.winner
-            or bool(np.linalg.norm(start.policy - self.policy) <= close)
-            for start in self.starts
-        )
+        """Starts that ended at the policy, or were stopped on their way to it."""
+        return len(self.starts) - len(self._others)
+
+    @property
+    def margin(self) -> float:
+        """Cost of the best start that ended elsewhere, over the policy's; NaN if none.
+
+        A small margin tells of two behaviours that are nearly tied.
+        """
+        costs = [start.cost for start in self._others]
+        return min(costs) - self.cost if costs else float("nan")
+
+    @property
+    def _best(self) -> int:
+        """Number of the start that gave the policy."""
+        costs = [start.cost for start in self.starts]
+        return costs.index(min(costs))
+
+    @property
+    def _others(self) -> list[Start]:
+        """Starts that did not end at the policy."""
+        ends = [k if s.joined < 0 else s.joined for k, s in enumerate(self.starts)]
+        reach = SAME * np.linalg.norm(self.policy)
+        there = [
+            np.linalg.norm(start.policy - self.policy) <= reach for start in self.starts
+        ]
+        return [
+            start
+            for start, end in zip(self.starts, ends, strict=True)
+            if not there[end] and end != ends[self._best]
+        ]
 
 
 def cost(rollout: Rollout) -> float:
@@ -125,7 +151,7 @@ def search_policy(
     n_starts : int, default=4
         Independent starts: from the zero policy, then from random ones.
     start_policies : sequence of array_like of shape (n_params,), optional
-        Further starts, from given policies and with a small first step.
+        Starts before those, from given policies and with a small first step.
     incumbent : SearchResult, optional
         An earlier search of the same task, to go on from: its starts count too.
     dmp : DMP, optional
@@ -165,20 +191,23 @@ def search_policy(
         return [cost(rollout) for rollout in arm.execute_many(policies, task_deg)]
 
     task_key = round(1000 * task_deg) % 360_000
-    for number in range(n_starts + len(given)):
+    shape = free_shape(workspace, task_deg, dmp)
+    n_before = sum(start.name.startswith("start") for start in starts)
+    for number in range(len(given) + n_starts):
         rng = np.random.default_rng([seed, task_key, len(starts)])
-        if number < n_starts:
-            name, mean = f"start {number}", random_start(number, dmp, rng)
-            step = FIRST_STEP * dmp.spring
-        else:
-            name, mean = f"given {number - n_starts}", given[number - n_starts]
+        if number < len(given):
+            name, mean = f"given {number}", given[number]
             step = SMALL_STEP * dmp.spring
-        starts.append(minimise(costs, mean, step, rng, name=name, known=starts))
+        else:
+            fresh = n_before + number - len(given)
+            name, mean = f"start {fresh}", random_start(fresh, dmp, rng)
+            step = FIRST_STEP * dmp.spring
+        starts.append(minimise(costs, mean, step, rng, shape, name=name, known=starts))
     best = min(starts, key=lambda start: start.cost)
     rollout = arm.execute(best.policy, task_deg)
     return SearchResult(
         policy=best.policy,
-        cost=best.cost,
+        cost=cost(rollout),
         error=rollout.error,
         energy=rollout.energy,
         contact_impulse=rollout.contact_impulse,
@@ -210,16 +239,52 @@ def random_start(
     return FIRST_STEP * dmp.spring * rng.standard_normal(dmp.n_params)
 
 
+def free_shape(workspace: Workspace, task_deg: float, dmp: DMP) -> NDArray[np.float64]:
+    """Guess how far CMA-ES should look in each direction.
+
+    Of an end effector that moves freely, a link's length for every radian of a joint,
+    the cost is quadratic in the policy. The inverse of that quadratic form, as the
+    first covariance instead of the unit matrix, saves CMA-ES about half of its rollouts
+    and leaves open where it goes.
+
+    Parameters
+    ----------
+    workspace : Workspace
+        The world.
+    task_deg : float
+        Task angle (degrees).
+    dmp : DMP
+        What a policy means.
+
+    Returns
+    -------
+    ndarray of shape (n_params, n_params)
+        A square root of the covariance, scaled to determinant 1.
+    """
+    times = np.linspace(0, 1, 61)
+    start = chain(workspace.home, workspace.link_lengths)[-1]
+    policies = np.vstack([np.zeros(dmp.n_params), np.eye(dmp.n_params)])
+    paths = dmp.path(policies, start, workspace.target(task_deg), times)
+    moved = paths[1:] - paths[0]
+    speeds = np.gradient(moved, times, axis=1) / workspace.link_lengths[0]
+    ends, speeds = moved[:, -1], speeds.reshape(dmp.n_params, -1)
+    bend = ERROR_WEIGHT * ends @ ends.T + ENERGY_WEIGHT * times[1] * speeds @ speeds.T
+    bend += 1e-9 * np.trace(bend) * np.eye(dmp.n_params)  # where a weight does nothing
+    shape = np.linalg.cholesky(np.linalg.inv(bend))
+    return np.asarray(shape / np.exp(np.mean(np.log(np.diag(shape)))))
+
+
 def minimise(
     costs: Callable[[NDArray[np.float64]], list[float]],
     mean: NDArray[np.float64],
     step: float,
     rng: np.random.Generator,
+    shape: NDArray[np.float64],
     *,
     name: str = "start",
     known: Sequence[Start] = (),
 ) -> Start:
-    """Run CMA-ES until it converges or comes upon the policy of a known start.
+    """Run CMA-ES until it converges or comes near the policy of a known start.
 
     Parameters
     ----------
@@ -231,11 +296,14 @@ def minimise(
         Standard deviation of the first policies around it.
     rng : Generator
         All randomness; NumPy's global generator is left alone.
+    shape : ndarray of shape (n_params, n_params)
+        Square root of the first covariance, see `free_shape`.
     name : str, default="start"
         What to call the run.
     known : sequence of Start, optional
-        Earlier runs. One that is narrower than a tenth of a known policy's norm, and
-        nearer to it than that, is stopped.
+        Earlier runs. A run that is narrower than a twentieth of a known policy's norm,
+        and nearer to it than that, and not cheaper, is stopped. So is one that after
+        1200 evaluations still costs twice as much as the cheapest.
 
     Returns
     -------
@@ -243,33 +311,40 @@ def minimise(
         What was found.
     """
     strategy = cma.CMAEvolutionStrategy(
-        mean,
+        np.zeros(len(mean)),
         step,
         {
             "seed": np.nan,  # all draws come from rng
-            "randn": lambda *shape: rng.standard_normal(shape),
+            "randn": lambda *size: rng.standard_normal(size),
             "popsize": 9,
             "maxfevals": MAX_EVALUATIONS,
-            "tolfun": 1e-6,
-            "tolx": 0.016,
+            "tolfun": 1e-7,
             "verbose": -9,
             "verb_log": 0,
         },
     )
-    joined = ""
-    while not joined and not strategy.stop():
-        policies = strategy.ask()
-        strategy.tell(policies, costs(np.array(policies)))
-        spread = strategy.sigma * np.max(strategy.D)
-        for start in known:
-            reach = 0.1 * np.linalg.norm(start.policy)
-            apart = np.linalg.norm(strategy.mean - start.policy)
-            if max(spread, apart) < reach:
-                joined = start.joined or start.name
+    policies = np.array([start.policy for start in known])
+    reach = NEAR * np.linalg.norm(policies, axis=-1)
+    paid = np.array([start.cost for start in known])
+    policy, best, joined = mean, np.inf, -1
+    while joined < 0 and not strategy.stop():
+        asked = np.array(strategy.ask())
+        tried = mean + asked @ shape.T
+        values = costs(tried)
+        strategy.tell(asked, values)
+        if min(values) < best:
+            policy, best = tried[np.argmin(values)], min(values)
+        if known:
+            middle = mean + shape @ strategy.mean
+            spread = strategy.sigma * np.linalg.norm(shape @ strategy.B * strategy.D, 2)
+            apart = np.linalg.norm(policies - middle, axis=1)
+            near = (np.maximum(spread, apart) < reach) & (best >= paid)
+            if near.any():
+                joined = int(near.argmax())
+                joined = joined if known[joined].joined < 0 else known[joined].joined
+            if strategy.countevals >= PATIENCE and best > 2 * paid.min():
                 break
-    found = strategy.result
-    policy = np.array(found.xbest)
-    return Start(name, policy, float(found.fbest), found.evaluations, joined)
+    return Start(name, policy, float(best), strategy.countevals, joined)
 
 
 @lru_cache(maxsize=4)

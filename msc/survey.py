@@ -23,6 +23,7 @@ from msc.search import (
     FIRST_STEP,
     SMALL_STEP,
     Start,
+    free_shape,
     minimise,
     random_start,
     search_policy,
@@ -83,7 +84,7 @@ def locate_cut(
 
 
 def choose_layout(
-    *, seed: int = 0, jobs: int = 1, n_tasks: int = 36, first: int = 0
+    *, seed: int = 0, jobs: int = 1, n_tasks: int = 72, first: int = 0
 ) -> dict[str, Any]:
     """Find the first layout of obstacles that fulfils the premise of Experiment 2.
 
@@ -98,7 +99,7 @@ def choose_layout(
         Seed of the searches.
     jobs : int, default=1
         Worker processes; layouts are looked at that many at a time.
-    n_tasks : int, default=36
+    n_tasks : int, default=72
         Tasks on the circle.
     first : int, default=0
         The layout to begin with.
@@ -135,14 +136,16 @@ def _look_at(layout: int, n_tasks: int, seed: int) -> dict[str, Any]:
             mean = random_start(number, dmp, rng)
             step = FIRST_STEP * dmp.spring
             cost = _planned_cost(world, dmp, task)
-            found.append(minimise(cost, mean, step, rng, known=found))
+            shape = free_shape(world, task, dmp)
+            found.append(minimise(cost, mean, step, rng, shape, known=found))
         best.append(min(found, key=lambda start: start.cost))
     for k in [*range(n_tasks), *range(n_tasks)]:
         rng = np.random.default_rng([seed, layout, 1, k])
         for neighbour in (best[k - 1], best[(k + 1) % n_tasks]):
             cost = _planned_cost(world, dmp, tasks[k])
             step = SMALL_STEP * dmp.spring
-            start = minimise(cost, neighbour.policy, step, rng, known=[best[k]])
+            shape = free_shape(world, tasks[k], dmp)
+            start = minimise(cost, neighbour.policy, step, rng, shape, known=[best[k]])
             best[k] = min(best[k], start, key=lambda start: start.cost)
     policies = np.array([start.policy for start in best])
     jumps = find_jumps(tasks, policies)

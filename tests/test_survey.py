@@ -6,7 +6,7 @@ import pytest
 import msc.search
 import msc.survey
 from msc.arm import Arm
-from msc.bullet import TIME_STEP
+from msc.control import TIME_STEP
 from msc.dmp import DMP
 from msc.search import SearchResult
 from msc.survey import choose_layout, locate_cut

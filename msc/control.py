@@ -1,0 +1,100 @@
+"""The controller: planned and actual joint motion -> torques, for many arms at once."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from msc.dynamics import joint_torques
+
+TIME_STEP = 1 / 120  # s; between two commands, and between two rows of a rollout
+
+
+@dataclass(frozen=True)
+class Controller:
+    """A PID controller of joint angles, its output turned into torques.
+
+    Proportional, integral and derivative term give an acceleration for every joint, on
+    top of the planned one; inverse dynamics give the torques ("computed torque"). So
+    every joint's error e dies out alike, whatever the pose: (d/dt + bandwidth)³ ∫e = 0.
+
+    Parameters
+    ----------
+    bandwidth : float, default=15.0
+        Decay of errors (1/s).
+    windup : float, default=0.005
+        Bound of the integrated error (rad s), so that an arm that an obstacle holds up
+        does not push ever harder.
+    torque_limit : tuple of float
+        Largest torques (N m).
+    """
+
+    bandwidth: float = 15.0
+    windup: float = 0.005
+    torque_limit: tuple[float, float, float] = (40.0, 20.0, 5.0)
+
+
+class Pursuit:
+    """Arms on their way along plans: the controller with its memory.
+
+    Parameters
+    ----------
+    controller : Controller
+        Gains and limits.
+    plan : ndarray of shape (n_steps + 1, 3, n_arms)
+        Joint angles to follow, one row a time step (rad).
+    inertias : ndarray of shape (3, 3)
+        Of the arm, see `msc.dynamics.coupled_inertias`.
+    """
+
+    def __init__(
+        self,
+        controller: Controller,
+        plan: NDArray[np.float64],
+        inertias: NDArray[np.float64],
+    ) -> None:
+        rate = controller.bandwidth
+        self._gains = 3 * rate**2, 3 * rate, rate**3
+        speed = np.gradient(plan, TIME_STEP, axis=0)
+        acceleration = np.gradient(speed, TIME_STEP, axis=0)
+        self._plan = plan
+        self._drive = acceleration + self._gains[1] * speed + self._gains[0] * plan
+        self._inertias = inertias
+        self._windup = controller.windup
+        self._limit = np.array(controller.torque_limit)[:, None]
+        self._integral = np.zeros(plan.shape[1:])
+        self._motion = np.empty((3, *plan.shape[1:]))
+
+    def torques(self, step: int, state: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Decide the torques of a time step.
+
+        Parameters
+        ----------
+        step : int
+            Its number; steps are gone through in order.
+        state : ndarray of shape (2, 3, n_arms)
+            Joint angles and velocities (rad, rad/s).
+
+        Returns
+        -------
+        ndarray of shape (3, n_arms)
+            Torques (N m).
+        """
+        proportional, derivative, integral = self._gains
+        angle, speed, acceleration = self._motion
+        self._motion[:2] = state
+        self._integral += TIME_STEP * (self._plan[step] - angle)
+        np.minimum(self._integral, self._windup, out=self._integral)
+        np.maximum(self._integral, -self._windup, out=self._integral)
+        acceleration[:] = (
+            self._drive[step]
+            - proportional * angle
+            - derivative * speed
+            + integral * self._integral
+        )
+        torque = joint_torques(self._motion, self._inertias)
+        np.minimum(torque, self._limit, out=torque)
+        np.maximum(torque, -self._limit, out=torque)
+        return torque
