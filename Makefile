@@ -47,10 +47,12 @@ data: $(STAMP) ## search every policy in data/ again, resuming where it stopped
 	$(BIN) -m msc survey cut --jobs $(JOBS) --out data/results/cut.json
 	$(BIN) -m msc survey layout --jobs $(JOBS) --out data/results/layout.json
 	for world in free obstacles; do \
-		$(BIN) -m msc search --workspace $$world --tasks 72 \
+		$(BIN) -m msc search --workspace $$world --tasks 360 \
 			--jobs $(JOBS) --out data/$$world.csv; \
-		$(BIN) -m msc search --workspace $$world --tasks 24 --offset 7.5 \
+		$(BIN) -m msc search --workspace $$world --tasks 120 --offset 1.5 \
 			--guide data/$$world.csv --jobs $(JOBS) --out data/$${world}_test.csv; \
+		$(BIN) -m msc audit data/$$world.csv --jobs $(JOBS) \
+			--out data/results/audit_$$world.json; \
 	done
 	for picture in png gif; do \
 		$(BIN) -m msc render --workspace obstacles --task 60 \

@@ -1,69 +1,128 @@
-"""Speed of a rollout in the search, beside raw physics and a naive loop in one run."""
+"""What a rollout, a search and a prediction cost, measured side by side in one run.
 
+Prints the figures and keeps them as JSON, from which the book's chapter "What it costs"
+is made. To be run on a machine that does nothing else; `--quick` only shows that all
+parts work.
+"""
+
+import argparse
 import json
-import time
-from collections.abc import Callable
+import os
+import platform
+from dataclasses import dataclass
+from importlib import metadata
 from pathlib import Path
+from typing import Any
 
-import numpy as np
+import mujoco_arm
+from naive import N_PHYSICS_STEPS
+from rollouts import POPULATION, measure_memory, measure_rollouts
+from searches import measure_growth, measure_searches, measure_skill
+from threadpoolctl import threadpool_limits
 
-from msc.arm import N_STEPS, Arm
-from msc.bullet import load_pybullet
-from msc.kinematics import follow_path
+import msc.dataset
+import msc.search
+from msc.plots_search import growth_table, rollout_table, task_table
+from msc.tables import replace_file
 from msc.workspace import Workspace
 
-ROUNDS = 7  # the quickest counts: the others waited for something else
+RESULTS = Path(__file__).with_name("results.json")
+PACKAGES = ("numpy", "scipy", "scikit-learn", "pybullet", "cma", "joblib", "mujoco")
 
 
-def quickest(call: Callable[[], object]) -> float:
-    """Return the seconds of the quickest of several calls."""
-    seconds = []
-    for _ in range(ROUNDS):
-        begun = time.perf_counter()
-        call()
-        seconds.append(time.perf_counter() - begun)
-    return min(seconds)
+@dataclass(frozen=True)
+class Effort:
+    """How much to measure."""
+
+    rounds: int = 40  # of rollouts each way
+    populations: int = 300  # while memory is watched
+    tasks: int = 4  # searched one by one, in each world
+    starts: int = 3  # of a search
+    growth: tuple[int, ...] = (4, 8, 16)  # tasks searched together
+    samples: int = 24  # that the skill is fitted to
+    charts: int = 4
 
 
-def measure(workspace: Workspace) -> dict[str, float]:
-    """Time rollouts as the search runs them, one by one, and the physics alone."""
-    policies = np.random.default_rng(0).normal(0, 8, (9, 6))
-    bullet = load_pybullet()
-    many, one = Arm(workspace), Arm(workspace, n_parallel=1)
-    one.execute(policies[0], 120)
-    path = np.zeros((N_STEPS, 2)) + workspace.target(120)
-
-    def physics() -> None:
-        for _ in range(N_STEPS):
-            bullet.stepSimulation(physicsClientId=one.client_id)
-
-    def search() -> None:
-        many.execute_many(policies, 120)
-
-    def alone() -> None:
-        one.execute(policies[0], 120)
-
-    def kinematics() -> None:
-        follow_path(path, workspace.home, workspace.link_lengths)
-
-    raw, in_search = quickest(physics), quickest(search) / len(policies)
-    naive = quickest(alone) + quickest(kinematics)
-    return {
-        "rollouts_per_second": 1 / in_search,
-        "rollout_over_raw_steps": in_search / raw,
-        "naive_loop_over_raw_steps": naive / raw,
-    }
+QUICK = Effort(
+    rounds=2, populations=5, tasks=2, starts=1, growth=(2,), samples=8, charts=2
+)
 
 
 def main() -> None:
-    """Measure both workspaces, print the figures and keep them as JSON."""
-    worlds = (Workspace.free(), Workspace.obstacles())
-    figures = {world.name: measure(world) for world in worlds}
-    for name, values in figures.items():
-        for key, value in values.items():
-            print(f"{name:10} {key.replace('_', ' '):28} {value:8.2f}")
-    file = Path(__file__).with_name("results.json")
-    file.write_text(json.dumps(figures, indent=2) + "\n")
+    """Measure, print, write."""
+    parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
+    parser.add_argument("--quick", action="store_true", help="only try all parts")
+    parser.add_argument("--out", type=Path, default=RESULTS, help="the JSON file")
+    options = parser.parse_args()
+    if options.quick:  # searches are cut short
+        msc.search.MAX_EVALUATIONS, msc.dataset.MAX_SWEEPS = 45, 0
+    with threadpool_limits(1):
+        figures = measure(QUICK if options.quick else Effort())
+    figures = {"quick": options.quick, "machine": machine(), **figures}
+    show(figures)
+    replace_file(options.out, json.dumps(figures, indent=2) + "\n")
+    print(f"\nWritten to {options.out}")
+
+
+def measure(effort: Effort) -> dict[str, Any]:
+    """Measure everything; what is compared is interleaved."""
+    free, obstacles = worlds = Workspace.free(), Workspace.obstacles()
+    return {
+        "population": POPULATION,
+        "physics_steps": N_PHYSICS_STEPS,
+        "memory": measure_memory(obstacles, effort.populations),
+        "rollouts": {w.name: measure_rollouts(w, effort.rounds) for w in worlds},
+        "searches": {
+            w.name: measure_searches(w, effort.tasks, effort.starts) for w in worlds
+        },
+        "growth": measure_growth(free, effort.growth, effort.starts),
+        "skill": {
+            w.name: measure_skill(w, effort.samples, effort.charts, effort.rounds)
+            for w in worlds
+        },
+    }
+
+
+def machine() -> dict[str, Any]:
+    """Say on what and with what was measured."""
+    cpuinfo = Path("/proc/cpuinfo")
+    lines = cpuinfo.read_text().splitlines() if cpuinfo.is_file() else []
+    models = [line.partition(": ")[2] for line in lines if "model name" in line]
+    versions = {name: version(name) for name in PACKAGES}
+    return {
+        "cores": os.cpu_count(),
+        "cpu": models[0] if models else platform.processor(),
+        "python": platform.python_version(),
+        **versions,
+    }
+
+
+def version(package: str) -> str | None:
+    """Return the version of a package, or None if it is not installed."""
+    try:
+        return metadata.version(package)
+    except metadata.PackageNotFoundError:
+        return None
+
+
+def show(figures: dict[str, Any]) -> None:
+    """Print the tables of the chapter, and what they do not compare."""
+    facts = ", ".join(f"{name} {value}" for name, value in figures["machine"].items())
+    print(f"\n{facts}\n")
+    for table in (rollout_table, task_table, growth_table):
+        print(table(figures).to_string(), end="\n\n")
+    memory = figures["memory"]
+    print(
+        f"memory: {memory['growth_mb']:.1f} MB more after {memory['rollouts']} "
+        f"rollouts, of {memory['before_mb']:.0f} MB"
+    )
+    if mujoco_arm.rollout is None:
+        print("MuJoCo is left out; pip install 'msc[bench]' adds it.")
+    else:
+        print(
+            "MuJoCo's rollout is C throughout and follows the torques of our rollouts: "
+            "no path, no inverse kinematics, no controller, nothing read in between."
+        )
 
 
 if __name__ == "__main__":

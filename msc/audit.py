@@ -2,25 +2,24 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
 from joblib import Parallel, delayed
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from tqdm import tqdm
 
 from msc.arm import Arm
-from msc.jumps import find_jumps
+from msc.bisection import bisect_jumps
 from msc.search import search_policy
-from msc.tables import load_dataset
+from msc.tables import checksum, find_data, load_dataset
 from msc.workspace import Workspace
 
 N_STARTS = 4  # of a search done again, none of them from a known policy
 LOWER = 0.005  # a cost this share below the stored one tells of a missed policy
-FINEST_DEG = 1 / 8  # to which a jump is bisected
-LASTING = 0.7  # share of a step that its larger half must keep to be a jump
 
 
 def audit_table(
@@ -72,6 +71,7 @@ def audit_table(
     sample = np.random.default_rng(seed).choice(len(table), n_sample, replace=False)
     return {
         "table": Path(path).name,
+        "hash": checksum(Path(path)),
         "workspace": world.name,
         "n_tasks": len(table),
         "seed": seed,
@@ -152,7 +152,13 @@ def search_again(
         delayed(search_policy)(workspace, task, seed=seed, n_starts=N_STARTS)
         for task in tasks
     )
-    found = list(_in_parallel(calls, jobs, progress, "searched again", len(tasks)))
+    found = tqdm(
+        Parallel(n_jobs=jobs, return_as="generator")(calls),
+        desc="searched again",
+        total=len(tasks),
+        unit="task",
+        disable=not progress,
+    )
     changes = [
         result.cost / stored - 1
         for result, stored in zip(found, table["cost"], strict=True)
@@ -165,107 +171,92 @@ def search_again(
     }
 
 
-def bisect_jumps(
-    workspace: Workspace,
-    tasks_deg: ArrayLike,
-    policies: ArrayLike,
-    *,
-    seed: int,
-    jobs: int = 1,
-    progress: bool = False,
-) -> list[dict[str, Any]]:
-    """Settle which large steps between neighbouring tasks are jumps.
+def load_audits(*names: str) -> list[dict[str, Any]]:
+    """Load what `msc audit` found of tables in the folder `data`.
 
     Parameters
     ----------
-    workspace : Workspace
-        The world.
-    tasks_deg : array_like of shape (n_tasks,)
-        Ascending task angles (degrees).
-    policies : array_like of shape (n_tasks, n_params)
-        Their policies.
-    seed : int
-        Seed of the searches.
-    jobs : int, default=1
-        Worker processes.
-    progress : bool, default=False
-        Whether to show a progress bar on standard error.
+    *names : str
+        Tables, as "free".
 
     Returns
     -------
     list of dict
-        For each step that `find_jumps` points to on the closed circle, see `bisect`.
+        What `audit_table` returned.
+
+    Raises
+    ------
+    ValueError
+        If a table has not been audited since it was last made.
     """
-    tasks = np.asarray(tasks_deg, dtype=float)
-    known = np.asarray(policies, dtype=float)
-    steps = find_jumps(tasks, known, closed=True)
-    after = np.append(tasks[1:], tasks[0] + 360)
-    calls = (
-        delayed(bisect)(
-            workspace,
-            (float(tasks[k]), float(after[k])),
-            (known[k], known[(k + 1) % len(known)]),
-            seed=seed,
-        )
-        for k in steps
-    )
-    found = _in_parallel(calls, jobs, progress, "jumps bisected", len(steps))
-    return sorted(found, key=lambda jump: jump["between_deg"][0])
+    folder, audits = find_data(), []
+    for name in names:
+        table, file = folder / f"{name}.csv", folder / "results" / f"audit_{name}.json"
+        found = json.loads(file.read_text()) if file.is_file() else {}
+        if found.get("hash") != checksum(table):
+            raise ValueError(
+                f"{file.name} is not of this {table.name}; remake it: msc audit "
+                f"data/{table.name} --out data/results/{file.name}"
+            )
+        audits.append(found)
+    return audits
 
 
-def bisect(
-    workspace: Workspace,
-    ends_deg: tuple[float, float],
-    policies: tuple[NDArray[np.float64], NDArray[np.float64]],
-    *,
-    seed: int,
-) -> dict[str, Any]:
-    """Close in on a step between two tasks, as long as it stays a step.
-
-    The task half-way is searched from both sides and independently; the larger half
-    goes on, if it keeps at least 0.7 of the step.
+def summarise(*audits: dict[str, Any]) -> pd.DataFrame:
+    """Put the outcome of audits beside one another.
 
     Parameters
     ----------
-    workspace : Workspace
-        The world.
-    ends_deg : tuple of float
-        Task angles before and after the step (degrees).
-    policies : tuple of ndarray of shape (n_params,)
-        Their policies.
-    seed : int
-        Seed of the searches.
+    *audits : dict
+        What `audit_table` returned.
 
     Returns
     -------
-    dict
-        The ends in the table and those closed in on (degrees), the size of the step at
-        each halving, and whether it is a jump: still there at 1/8 degree or less.
+    DataFrame
+        One column an audit.
     """
-    (low, high), (before, after) = ends_deg, policies
-    sizes = [float(np.linalg.norm(after - before))]
-    while high - low > FINEST_DEG:
-        middle = (low + high) / 2
-        found = search_policy(
-            workspace, middle, seed=seed, n_starts=1, start_policies=(before, after)
-        ).policy
-        halves = [float(np.linalg.norm(found - end)) for end in (before, after)]
-        if max(halves) < LASTING * sizes[-1]:
-            break
-        if halves[0] > halves[1]:
-            high, after = middle, found
-        else:
-            low, before = middle, found
-        sizes.append(max(halves))
-    return {
-        "between_deg": list(ends_deg),
-        "located_deg": [low, high],
-        "step_sizes": sizes,
-        "is_jump": high - low <= FINEST_DEG,
-    }
+    columns = {}
+    for audit in audits:
+        executed, searched = audit["executed"], audit["searched"]
+        changes = np.array(searched["change_of_cost"])
+        columns[audit["table"]] = {
+            "policies": audit["n_tasks"],
+            "executed again: identical distances": executed["identical"],
+            "largest difference (m)": executed["largest_difference_m"],
+            "searched again": len(changes),
+            "cheaper by more than 0.5 %": searched["n_cheaper"],
+            "largest gain (%)": round(100 * max(0.0, -changes.min()), 4),
+            "not found again (dearer by more than 0.5 %)": int((changes > LOWER).sum()),
+            "large steps, the cut's included": len(audit["jumps"]),
+            "of these jumps": sum(jump["is_jump"] for jump in audit["jumps"]),
+        }
+    return pd.DataFrame(columns, dtype=object)
 
 
-def _in_parallel(calls: Any, jobs: int, progress: bool, label: str, total: int) -> Any:
-    """Run delayed calls, with a bar."""
-    found = Parallel(n_jobs=jobs, return_as="generator")(calls)
-    return tqdm(found, desc=label, total=total, unit="task", disable=not progress)
+def list_jumps(audit: dict[str, Any]) -> pd.DataFrame:
+    """List the large steps that an audit bisected.
+
+    Parameters
+    ----------
+    audit : dict
+        What `audit_table` returned.
+
+    Returns
+    -------
+    DataFrame
+        One row a step: where (degrees), how large at first and at last, the verdict.
+    """
+    return pd.DataFrame(
+        [
+            {
+                "after (degrees)": jump["between_deg"][0],
+                "located between (degrees)": "{:.10g} and {:.10g}".format(
+                    *jump["located_deg"]
+                ),
+                "step": jump["step_sizes"][0],
+                "step there": jump["step_sizes"][-1],
+                "jump": jump["is_jump"],
+            }
+            for jump in audit["jumps"]
+        ]
+    )

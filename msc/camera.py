@@ -1,141 +1,25 @@
-"""Pictures of the moving arm, drawn without a screen by PyBullet's TinyRenderer."""
+"""Films of the moving arm, as a strip of pictures (PNG), a GIF or an MP4."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import subprocess
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from imageio_ffmpeg import get_ffmpeg_exe
+from numpy.typing import ArrayLike
 from PIL import Image
 
 from msc.arm import Rollout
-from msc.bullet import load_pybullet
 from msc.control import TIME_STEP
-from msc.workspace import LINK_RADIUS, Workspace, chain
+from msc.scene import Scene
+from msc.workspace import Workspace
 
-WHITE, GREY, BLUE, RED, BLACK = (
-    (1.0, 1.0, 1.0, 1.0),
-    (0.55, 0.55, 0.6, 1.0),
-    (0.0, 0.45, 0.7, 1.0),
-    (0.85, 0.1, 0.1, 1.0),
-    (0.08, 0.08, 0.08, 1.0),
-)
-_VIEW = ([0, -1.3, 2.3], [0, -0.05, 0], [0, 1, 0])  # from, at, up
-
-
-class Camera:
-    """A view from above, slightly tilted, of one workspace.
-
-    Parameters
-    ----------
-    workspace : Workspace
-        What to look at.
-    target : array_like of shape (2,)
-        The goal, drawn as a red ball (m).
-    size : int, default=360
-        Width and height of a picture (pixels).
-    """
-
-    def __init__(
-        self, workspace: Workspace, target: ArrayLike, *, size: int = 360
-    ) -> None:
-        self.workspace, self.size = workspace, size
-        self._bullet = load_pybullet()
-        self._client: int = self._bullet.connect(self._bullet.DIRECT)
-        self._add("box", (0, 0, -0.13), WHITE, halfExtents=[4, 4, 0.01])
-        for angle in np.arange(0, 360, 4):
-            x, y = workspace.target(angle)
-            self._add("sphere", (x, y, -0.1), RED, radius=0.006)
-        x, y = np.asarray(target, dtype=float)
-        self._add("sphere", (x, y, 0.0), RED, radius=0.03)
-        for circle in workspace.circles:
-            place = (circle.x, circle.y, 0.0)
-            self._add("cylinder", place, BLACK, radius=circle.radius, length=0.2)
-        self._add("cylinder", (0, 0, -0.06), GREY, radius=0.05, length=0.12)
-        self._links = [
-            self._add("capsule", (0, 0, 0), GREY, radius=LINK_RADIUS, length=length)
-            for length in workspace.link_lengths
-        ]
-        self._hand = self._add("sphere", (0, 0, 0), BLUE, radius=0.03)
-
-    def close(self) -> None:
-        """Free the scene."""
-        self._bullet.disconnect(self._client)
-
-    def shoot(self, joints: ArrayLike) -> Image.Image:
-        """Take a picture of a pose.
-
-        Parameters
-        ----------
-        joints : array_like of shape (3,)
-            Joint angles (rad).
-
-        Returns
-        -------
-        Image
-            The picture.
-        """
-        bullet = self._bullet
-        points = chain(joints, self.workspace.link_lengths)
-        for link, start, end in zip(self._links, points, points[1:], strict=False):
-            heading = float(np.arctan2(*(end - start)[::-1]))
-            turn = bullet.getQuaternionFromEuler([0, np.pi / 2, heading])
-            self._move(link, (start + end) / 2, turn)
-        self._move(self._hand, points[-1], [0, 0, 0, 1])
-        _, _, pixels, _, _ = bullet.getCameraImage(
-            2 * self.size,
-            2 * self.size,
-            viewMatrix=bullet.computeViewMatrix(*_VIEW),
-            projectionMatrix=bullet.computeProjectionMatrixFOV(42, 1.0, 0.1, 10),
-            lightDirection=[0.3, -0.6, 2.0],
-            lightAmbientCoeff=0.7,
-            lightDiffuseCoeff=0.4,
-            shadow=0,
-            renderer=bullet.ER_TINY_RENDERER,
-            physicsClientId=self._client,
-        )
-        array = np.reshape(
-            np.asarray(pixels, dtype=np.uint8), (*[2 * self.size] * 2, 4)
-        )
-        picture = Image.fromarray(array[..., :3])
-        return picture.resize((self.size, self.size), Image.Resampling.LANCZOS)
-
-    def leave_trace(self, path: NDArray[np.float64]) -> None:
-        """Leave blue dots along the way of the end effector.
-
-        Parameters
-        ----------
-        path : ndarray of shape (n_points, 2)
-            Where to (m).
-        """
-        for x, y in path:
-            self._add("sphere", (x, y, -0.05), BLUE, radius=0.007)
-
-    def _move(self, body: int, place: ArrayLike, turn: Sequence[float]) -> None:
-        x, y = np.asarray(place)
-        self._bullet.resetBasePositionAndOrientation(
-            body, [x, y, 0.0], turn, physicsClientId=self._client
-        )
-
-    def _add(
-        self,
-        shape: str,
-        place: Sequence[float],
-        colour: Sequence[float],
-        **size: object,
-    ) -> int:
-        """Add something to look at."""
-        visual = self._bullet.createVisualShape(
-            getattr(self._bullet, f"GEOM_{shape.upper()}"),
-            rgbaColor=colour,
-            physicsClientId=self._client,
-            **size,
-        )
-        body: int = self._bullet.createMultiBody(
-            0.0, -1, visual, basePosition=place, physicsClientId=self._client
-        )
-        return body
+SLOWER = 2  # times; how much films slow a movement down
+FRAME_RATES = {".gif": 20, ".mp4": 60}  # 1/s; an MP4 shows every time step
+STRIP = 6  # pictures in a PNG
 
 
 def film(
@@ -152,22 +36,16 @@ def film(
     target : array_like of shape (2,)
         The goal (m).
     n_frames : int, default=45
-        How many pictures.
+        How many pictures, the first and the last pose included.
 
     Returns
     -------
     list of Image
         The pictures; each shows the way so far.
     """
-    camera = Camera(workspace, target)
+    scene = Scene(workspace, target)
     steps = np.linspace(0, len(rollout.joints) - 1, n_frames).round().astype(int)
-    frames, before = [], 0
-    for step in steps:
-        camera.leave_trace(rollout.path[before:step:4])
-        before = step
-        frames.append(camera.shoot(rollout.joints[step]))
-    camera.close()
-    return frames
+    return [scene.shoot(rollout.joints[k], rollout.path[: k + 1]) for k in steps]
 
 
 def side_by_side(frames: Sequence[Image.Image]) -> Image.Image:
@@ -195,7 +73,7 @@ def side_by_side(frames: Sequence[Image.Image]) -> Image.Image:
 
 
 def check_suffix(path: Path) -> None:
-    """Refuse a file name that is neither a GIF's nor a PNG's.
+    """Refuse the name of a file that cannot be written.
 
     Parameters
     ----------
@@ -205,53 +83,47 @@ def check_suffix(path: Path) -> None:
     Raises
     ------
     ValueError
-        If the suffix is another.
+        If the suffix is not `.png`, `.gif` or `.mp4`.
     """
-    if path.suffix not in (".gif", ".png"):
-        raise ValueError(f"out={path.name!r}; wanted a name ending in .gif or .png")
+    if path.suffix not in (".png", *FRAME_RATES):
+        raise ValueError(
+            f"out={path.name!r}; wanted a name ending in .png, .gif or .mp4"
+        )
 
 
-def save_film(frames: Sequence[Image.Image], path: Path, *, seconds: float) -> None:
-    """Write pictures as a GIF, or side by side as a PNG.
+def save_film(frames: Sequence[Image.Image], path: Path) -> None:
+    """Write pictures side by side as a PNG, or one after the other as a GIF or MP4.
 
     Parameters
     ----------
     frames : sequence of Image
-        The pictures.
+        The pictures, of one size; `FRAME_RATES` says how many are shown in a second.
     path : Path
-        Where to; the suffix decides, `.gif` or `.png`.
-    seconds : float
-        How long the movement lasts, for the GIF.
+        Where to; the suffix decides. The file is there whole or not at all.
 
     Raises
     ------
     ValueError
         If the suffix is another.
+    OSError
+        If the file cannot be written.
     """
     check_suffix(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    draft = path.with_name(f".{path.name}")
-    if path.suffix == ".gif":
-        palette = [frame.quantize(64, dither=Image.Dither.NONE) for frame in frames]
-        step = round(1000 * seconds / len(frames))
-        pauses = [step] * (len(frames) - 1) + [1000]
-        palette[0].save(
-            draft,
-            "GIF",
-            save_all=True,
-            append_images=palette[1:],
-            duration=pauses,
-            loop=0,
-        )
-    else:
-        side_by_side(frames).save(draft, "PNG")
-    draft.replace(path)
+    with _draft(path) as draft:
+        if path.suffix == ".gif":
+            _write_gif(frames, draft)
+        elif path.suffix == ".mp4":
+            _write_mp4(frames, draft)
+        else:
+            side_by_side(frames).save(draft, "PNG", optimize=True)
 
 
 def render(
     workspace: Workspace, rollout: Rollout, target: ArrayLike, path: Path
 ) -> None:
-    """Draw a rollout: a GIF twice as slow as it was, or a strip of six pictures.
+    """Draw a rollout: a strip of six pictures, or a film at half the speed.
+
+    A film rests on its last picture for a second.
 
     Parameters
     ----------
@@ -262,14 +134,63 @@ def render(
     target : array_like of shape (2,)
         The goal (m).
     path : Path
-        Where to; the suffix decides, `.gif` or `.png`.
+        Where to; the suffix decides, `.png`, `.gif` or `.mp4`.
 
     Raises
     ------
     ValueError
         If the suffix is another.
+    OSError
+        If the file cannot be written.
     """
-    n_frames = 45 if path.suffix == ".gif" else 6
-    seconds = 2 * TIME_STEP * (len(rollout.joints) - 1)
+    check_suffix(path)
+    rate = FRAME_RATES.get(path.suffix, 0)
+    seconds = SLOWER * TIME_STEP * (len(rollout.joints) - 1)
+    n_frames = 1 + round(rate * seconds) if rate else STRIP
     frames = film(workspace, rollout, target, n_frames=n_frames)
-    save_film(frames, path, seconds=seconds)
+    save_film(frames + frames[-1:] * rate, path)
+
+
+@contextmanager
+def _draft(path: Path) -> Iterator[Path]:
+    """Give a name to write to, and the file its own name once it is whole."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    draft = path.with_name(f".{path.name}")
+    try:
+        yield draft
+        draft.replace(path)
+    finally:
+        draft.unlink(missing_ok=True)
+
+
+def _write_gif(frames: Sequence[Image.Image], path: Path) -> None:
+    """Write a GIF that repeats; equal pictures in a row become one that stays."""
+    width, height = frames[0].size
+    strip = side_by_side(frames).quantize(128)  # so that all have the same colours
+    edges = range(0, strip.width, width)
+    first, *others = (strip.crop((x, 0, x + width, height)) for x in edges)
+    pause = 1000 // FRAME_RATES[".gif"]
+    first.save(path, "GIF", save_all=True, append_images=others, duration=pause, loop=0)
+
+
+def _write_mp4(frames: Sequence[Image.Image], path: Path) -> None:
+    """Write H.264 in the pixel format that every player knows, which wants even sizes.
+
+    The program comes with imageio-ffmpeg.
+    """
+    width, height = frames[0].size
+    look = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}"]
+    rate = ["-r", str(FRAME_RATES[".mp4"])]
+    even = ["-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white"]
+    coded = ["-c:v", "libx264", "-crf", "20", "-pix_fmt", "yuv420p", "-threads", "1"]
+    file = ["-movflags", "+faststart", "-f", "mp4", "-y", str(path)]
+    program = [get_ffmpeg_exe(), "-v", "error"]
+    run = subprocess.run(
+        [*program, *look, *rate, "-i", "-", *even, *coded, *file],
+        input=b"".join(frame.tobytes() for frame in frames),
+        capture_output=True,
+        check=False,
+    )
+    if run.returncode:
+        words = run.stderr.decode(errors="replace").strip().splitlines()
+        raise OSError(f"{path.name}: no film was written: {' '.join(words[-1:])}")

@@ -105,7 +105,7 @@ def inputs_digest(root: Path) -> str:
     Parameters
     ----------
     root : Path
-        Repository: its `msc/`, `data/` and `requirements.txt` count.
+        Repository: its `msc/`, `data/`, lock and benchmark count.
 
     Returns
     -------
@@ -113,7 +113,7 @@ def inputs_digest(root: Path) -> str:
         Hexadecimal SHA-256 over names and contents.
     """
     files = [*root.glob("msc/**/*.py"), *root.glob("data/**/*")]
-    files.append(root / "requirements.txt")
+    files += [root / "requirements.txt", root / "benchmarks" / "results.json"]
     contents = [
         (file.relative_to(root).as_posix(), _sha256(file.read_bytes()))
         for file in sorted(files)

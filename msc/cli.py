@@ -7,6 +7,7 @@ load, are imported by the commands that need them.
 
 import argparse
 import json
+import re
 import sys
 import tempfile
 from collections.abc import Sequence
@@ -115,7 +116,7 @@ def _run_search(options: argparse.Namespace) -> None:
         + f" --out data/{out.name}"
     )
     save_table(table, out, command=command, seed=options.seed)
-    journal.unlink()
+    journal.unlink(missing_ok=True)
     print(
         f"{out}: {len(table)} tasks, at most {table['distance_m'].max():.2g} m missed"
     )
@@ -219,12 +220,16 @@ def _add_render(commands: "_Commands") -> None:
         nargs="+",
         help="six weights; by default the searched policy of the nearest task",
     )
-    parser.add_argument("--out", type=Path, required=True, help="a .gif or .png file")
+    parser.add_argument(
+        "--out", type=Path, required=True, help="a .png, .gif or .mp4 file"
+    )
+    # argparse takes -1e-3 for an option: of numbers it knows -1 and -0.001 only.
+    parser._negative_number_matcher = re.compile(r"-\.?\d")
     parser.set_defaults(run=_run_render)
 
 
 def _run_render(options: argparse.Namespace) -> None:
-    """Execute a policy and draw what happened, as a film or as a strip of pictures."""
+    """Execute a policy and draw what happened: a strip of pictures or a film."""
     from msc.arm import Arm
     from msc.camera import check_suffix, render
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import fcntl
 import hashlib
 import json
+from contextlib import suppress
 from dataclasses import asdict
 from pathlib import Path
 from typing import IO, Any
@@ -35,7 +36,7 @@ class Journal:
     ----------
     path : Path or None
         The file; None keeps nothing. One that belongs to another plan, or to other
-        code, is begun anew; a last line torn by a crash is dropped.
+        code, is begun anew; what follows a line torn by a crash is dropped with it.
     plan : object
         What is searched; its `repr` identifies it.
 
@@ -66,7 +67,8 @@ class Journal:
     def __exit__(self, *_: object) -> None:
         """Let the file go."""
         if self._file is not None:
-            self._file.close()
+            with suppress(OSError):  # of a line that could not be written, told before
+                self._file.close()
 
     def append(self, phase: str, k: int, result: SearchResult) -> None:
         """Keep a result.
@@ -106,10 +108,15 @@ class Journal:
             self._file.truncate(0)
             self._write(header)
             return
-        self._file.truncate(sum(len(line) + 1 for line in lines[:-1]))  # no torn line
+        whole = len(header) + 1
         for line in lines[1:-1]:
-            entry = json.loads(line)
+            try:
+                entry = json.loads(line)
+            except ValueError:
+                break
             self.results[entry["phase"], entry["k"]] = _result(entry["result"])
+            whole += len(line) + 1
+        self._file.truncate(whole)
 
     def _write(self, line: bytes) -> None:
         """Append a line at once."""

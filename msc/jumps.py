@@ -54,7 +54,36 @@ def find_jumps(
         raise ValueError("policies has NaN or infinite entries; wanted numbers")
     if not (np.diff(order) > 0).all():
         raise ValueError("tasks do not ascend; wanted them sorted, without duplicates")
+    steps, threshold = step_sizes(values, closed=closed)
+    return np.flatnonzero(steps > threshold)
+
+
+def step_sizes(
+    policies: ArrayLike, *, closed: bool = False
+) -> tuple[NDArray[np.float64], float]:
+    """Measure the steps between neighbouring policies.
+
+    Parameters
+    ----------
+    policies : array_like of shape (n_tasks, n_params)
+        Policies in the order of their tasks.
+    closed : bool, default=False
+        Whether the last one's neighbour is the first.
+
+    Returns
+    -------
+    steps : ndarray of shape (n_tasks - 1,), or (n_tasks,) if closed
+        Distances from each policy to the next.
+    threshold : float
+        What a step must exceed to count as a jump, see `find_jumps`.
+
+    Examples
+    --------
+    >>> step_sizes([[0.0], [0.1], [0.2], [3.0]])[0].round(1)
+    array([0.1, 0.1, 2.8])
+    """
+    values = np.asarray(policies, dtype=float)
     after = np.roll(values, -1, axis=0)
     steps = np.linalg.norm(after - values, axis=1)[: None if closed else -1]
     spread = np.sqrt(np.mean(np.sum((values - values.mean(axis=0)) ** 2, axis=1)))
-    return np.flatnonzero(steps > max(5 * np.median(steps), 0.3 * spread))
+    return steps, float(max(5 * np.median(steps), 0.3 * spread))

@@ -16,6 +16,7 @@ from matplotlib.patches import Circle as Disc
 from numpy.typing import ArrayLike, NDArray
 
 from msc.evaluation import Experiment
+from msc.scene import Scene
 from msc.workspace import Workspace, chain
 
 STYLE: Any = {
@@ -42,26 +43,30 @@ WEIGHT_LABELS = ("$w_1^x$", "$w_2^x$", "$w_3^x$", "$w_1^y$", "$w_2^y$", "$w_3^y$
 
 
 def plot_workspaces(*workspaces: Workspace) -> Figure:
-    """Draw workspaces as the paper's Figure 1: goal circle red, obstacles black.
+    """Draw workspaces as the paper's Figure 1, and as the smooth view shows them.
 
     Parameters
     ----------
     *workspaces : Workspace
-        One panel each.
+        One row each.
 
     Returns
     -------
     Figure
-        The drawing, in metres.
+        Left the drawing from above, in metres: goal circle red, obstacles black; right
+        the same seen at a slant.
     """
+    n_rows = len(workspaces)
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(
-            1, len(workspaces), figsize=(3.6 * len(workspaces), 3.7), squeeze=False
+            n_rows, 2, figsize=(7.4, 3.5 * n_rows), squeeze=False
         )
-        for axis, world in zip(axes[0], workspaces, strict=True):
-            draw_world(axis, world)
-            draw_arm(axis, world, world.home)
-            axis.set_title(world.name)
+        for (plan, view), world in zip(axes, workspaces, strict=True):
+            draw_world(plan, world)
+            draw_arm(plan, world, world.home)
+            plan.set_title(world.name)
+            view.imshow(Scene(world, size=720).shoot(world.home))
+            view.set_axis_off()
     plt.close(figure)
     return figure
 
@@ -82,9 +87,10 @@ def draw_world(axis: Axes, world: Workspace) -> None:
     cut = world.target(0)
     axis.plot(*np.outer((0.93, 1.07), cut).T, color="red", lw=1.5)
     for angle in (0, 90):
-        x, y = 1.18 * world.target(angle)
+        x, y = 0.8 * world.target(angle)
         axis.text(x, y, f"{angle}°", ha="center", va="center", color="red")
     axis.set(xlim=(-1, 1), ylim=(-1, 1), aspect="equal", xlabel="x (m)", ylabel="y (m)")
+    axis.set_axisbelow(True)
 
 
 def draw_arm(axis: Axes, world: Workspace, joints: ArrayLike, **style: Any) -> None:

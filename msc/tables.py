@@ -99,10 +99,10 @@ def load_dataset(
         raise ValueError(f"{path.name}: no rows; wanted at least one task")
     numbers = table[[name for name, (kind, _) in COLUMNS.items() if kind != "string"]]
     try:
-        values = numbers.to_numpy(dtype=float)
+        values = numbers.fillna({"margin": 0.0}).to_numpy(dtype=float)
     except ValueError as error:
         raise ValueError(f"{path.name}: wanted numbers: {error}") from None
-    bad = numbers.columns[~np.isfinite(values).all(axis=0)].difference(["margin"])
+    bad = numbers.columns[~np.isfinite(values).all(axis=0)]
     if len(bad):
         raise ValueError(f"{path.name}: NaN or infinite values in {', '.join(bad)}")
     duplicates = table["task_deg"][table["task_deg"].duplicated()].tolist()
@@ -156,15 +156,14 @@ def save_table(
         else {"name": "msc-policies", "licenses": [{"name": "CC0-1.0"}]}
     )
     others = [r for r in package.get("resources", []) if r["path"] != path.name]
-    data = text.encode()
     resource: _Package = {
         "name": path.stem.replace("_", "-"),
         "path": path.name,
         "profile": "tabular-data-resource",
         "format": "csv",
         "encoding": "utf-8",
-        "bytes": len(data),
-        "hash": f"sha256:{hashlib.sha256(data).hexdigest()}",
+        "bytes": path.stat().st_size,
+        "hash": checksum(path),
         "command": command,
         "seed": seed,
         **extra,
@@ -208,6 +207,22 @@ def replace_file(path: Path, text: str) -> None:
         raise
 
 
+def checksum(path: Path) -> str:
+    """Identify the content of a file.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Returns
+    -------
+    str
+        ``"sha256:"`` and the digest.
+    """
+    return f"sha256:{hashlib.sha256(path.read_bytes()).hexdigest()}"
+
+
 def _verify(path: Path) -> None:
     """Compare a table with the checksum in the data package beside it, if any."""
     package_file = path.parent / "datapackage.json"
@@ -216,7 +231,7 @@ def _verify(path: Path) -> None:
     package: _Package = json.loads(package_file.read_text())
     for resource in package.get("resources", []):
         if resource["path"] == path.name:
-            found = f"sha256:{hashlib.sha256(path.read_bytes()).hexdigest()}"
+            found = checksum(path)
             if found != resource["hash"]:
                 raise ValueError(
                     f"{path.name}: checksum {found[7:19]}… differs from the data "

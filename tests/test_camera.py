@@ -1,118 +1,203 @@
+import subprocess
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
+from imageio_ffmpeg import get_ffmpeg_exe
 from PIL import Image
 
+import msc.camera
 from msc.arm import Rollout
-from msc.camera import Camera, film, render, save_film
-from msc.workspace import Workspace, chain, random_circles
+from msc.camera import film, render, save_film
+from msc.cli import main
+from msc.scene import Scene
+from msc.workspace import Workspace, chain
 
-obstacles = Workspace(name="layout 0", circles=random_circles(0))
-target = obstacles.target(200)
+world = Workspace.obstacles()
+target = world.target(200)
+
+# Writes a strip and a GIF of a movement.
+WRITE = """
+import sys
+from pathlib import Path
+from msc import Arm, Workspace
+from msc.camera import save_film
+from msc.scene import Scene
+
+world = Workspace.obstacles()
+scene = Scene(world, world.target(200), size=120)
+with Arm(world) as arm:
+    rollout = arm.execute([10.0, -20.0, 3.0, 5.0, 5.0, 5.0], 200)
+steps = range(0, 133, 44)
+frames = [scene.shoot(rollout.joints[k], rollout.path[: k + 1]) for k in steps]
+for name in ("arm.png", "arm.gif"):
+    save_film(frames, Path(sys.argv[1], name))
+"""
 
 
-def pose(turn=0.0):
-    first, second, third = obstacles.home
-    return first + turn, second, third
+# Stands for ffmpeg: writes half a film, says why it stops, and fails.
+BROKEN = """#!/bin/sh
+for last; do :; done
+echo half > "$last"
+echo no room >&2
+exit 1
+"""
 
 
-def turning(n_steps=60):
-    joints = np.array([pose(turn) for turn in np.linspace(0, 1, n_steps)])
-    path = chain(joints, obstacles.link_lengths)[:, -1]
+def turning(n_steps=61):
+    first, second, third = world.home
+    turns = np.linspace(first, first + 1, n_steps)
+    joints = np.array([(turn, second, third) for turn in turns])
+    path = chain(joints, world.link_lengths)[:, -1]
     return Rollout(joints, path, error=0.0, energy=0.0, contact_impulse=0.0)
 
 
-def shares(picture):
-    """Measure what part of a picture is red, blue and black."""
-    red, green, blue = np.moveaxis(np.asarray(picture, dtype=int), -1, 0)
-    return {
-        "red": np.mean(red - blue > 80),
-        "blue": np.mean(blue - red > 80),
-        "black": np.mean(red + green + blue < 150),
-    }
-
-
-@pytest.fixture
-def camera():
-    camera = Camera(obstacles, target, size=180)
-    yield camera
-    camera.close()
-
-
-def test_a_picture_shows_target_hand_and_obstacles(camera):
-    picture = camera.shoot(pose())
-    assert (picture.size, picture.mode) == ((180, 180), "RGB")
-    seen = shares(picture)
-    assert all(0.0003 < share < 0.1 for share in seen.values())
-    plain = Camera(Workspace.free(), target, size=180)
-    assert shares(plain.shoot(pose()))["black"] < 0.1 * seen["black"]
-    plain.close()
-
-
-def test_the_hand_is_seen_on_the_side_where_it_is(camera):
-    for turn, wanted in ((0.0, -1), (np.pi, 1)):  # home is left of the base, and below
-        picture = np.asarray(camera.shoot(pose(turn)), dtype=int)
-        red, _, blue = np.moveaxis(picture, -1, 0)
-        rows, columns = np.nonzero(blue - red > 80)
-        assert np.sign(columns.mean() - 90) == wanted
-        assert np.sign(90 - rows.mean()) == wanted
-
-
-def test_a_pose_looks_the_same_whatever_was_seen_before(camera):
-    first = camera.shoot(pose()).tobytes()
-    assert camera.shoot(pose(1.0)).tobytes() != first
-    assert camera.shoot(pose()).tobytes() == first
-
-
-def test_the_trace_stays(camera):
-    before = shares(camera.shoot(pose()))["blue"]
-    camera.leave_trace(turning().path[::4])
-    assert shares(camera.shoot(pose()))["blue"] > 1.5 * before
+def pictures(n_frames, size=(20, 10)):
+    return [Image.new("RGB", size, (40 * k, 0, 0)) for k in range(n_frames)]
 
 
 def test_a_film_goes_from_the_first_pose_to_the_last():
     rollout = turning()
-    frames = film(obstacles, rollout, target, n_frames=3)
+    frames = film(world, rollout, target, n_frames=3)
     assert len(frames) == 3
-    camera = Camera(obstacles, target)
-    assert camera.shoot(rollout.joints[0]).tobytes() == frames[0].tobytes()
-    camera.close()
-    blue = [shares(frame)["blue"] for frame in frames]
-    assert blue[0] < blue[1] < blue[2]
-
-
-def pictures(n_frames):
-    return [Image.new("RGB", (20, 10), (40 * k, 0, 0)) for k in range(n_frames)]
-
-
-def test_a_gif_lasts_as_long_as_it_should(tmp_path):
-    path = tmp_path / "new" / "arm.gif"
-    save_film(pictures(5), path, seconds=2.0)
-    with Image.open(path) as gif:
-        pauses = []
-        for number in range(gif.n_frames):
-            gif.seek(number)
-            pauses.append(gif.info["duration"])
-        assert gif.info["loop"] == 0
-    assert pauses == [400, 400, 400, 400, 1000]
-    assert [one.name for one in path.parent.iterdir()] == ["arm.gif"]
+    scene = Scene(world, target)
+    for frame, step in zip(frames, (0, 30, 60), strict=True):
+        shot = scene.shoot(rollout.joints[step], rollout.path[: step + 1])
+        assert frame.tobytes() == shot.tobytes()
+    assert frames[0].tobytes() != frames[1].tobytes()
 
 
 def test_a_png_shows_all_side_by_side(tmp_path):
     path = tmp_path / "arm.png"
-    save_film(pictures(3), path, seconds=2.0)
+    save_film(pictures(3), path)
     with Image.open(path) as strip:
         assert strip.size == (60, 10)
         assert [strip.getpixel((x, 5))[0] for x in (5, 25, 45)] == [0, 40, 80]
 
 
+def test_a_gif_shows_one_after_the_other(tmp_path):
+    path = tmp_path / "new" / "arm.gif"
+    frames = pictures(5)
+    save_film(frames + frames[-1:] * 19, path)
+    with Image.open(path) as gif:
+        seen = []
+        for number in range(gif.n_frames):
+            gif.seek(number)
+            red = gif.convert("RGB").getpixel((5, 5))[0]
+            seen.append((red, gif.info["duration"]))
+        assert gif.info["loop"] == 0
+    assert seen == [(0, 50), (40, 50), (80, 50), (120, 50), (160, 1000)]
+    assert [one.name for one in path.parent.iterdir()] == ["arm.gif"]
+
+
+@pytest.mark.parametrize(
+    ("size", "seen"), [((40, 30), (40, 30)), ((41, 31), (42, 32)), ((2, 2), (2, 2))]
+)
+def test_an_mp4_can_be_read_back(size, seen, tmp_path):
+    path = tmp_path / "arm.mp4"
+    frames = [Image.new("RGB", size, (0, 0, level)) for level in range(0, 250, 10)]
+    save_film(frames, path)
+    said = subprocess.run(
+        [get_ffmpeg_exe(), "-i", path, "-f", "rawvideo", "-pix_fmt", "rgb24", "-"],
+        capture_output=True,
+        check=True,
+    )
+    facts = said.stderr.decode()
+    assert "Video: h264" in facts
+    assert "yuv420p" in facts
+    assert " 60 fps" in facts
+    levels = np.frombuffer(said.stdout, np.uint8).reshape(-1, *seen[::-1], 3)
+    assert len(levels) == len(frames)
+    np.testing.assert_allclose(levels[:, 0, 0, 2], np.arange(0, 250, 10), atol=8)
+    assert [one.name for one in tmp_path.iterdir()] == ["arm.mp4"]
+
+
+def test_a_film_lasts_twice_as_long_as_the_movement_and_rests(tmp_path, monkeypatch):
+    written = {}
+    monkeypatch.setattr(
+        msc.camera, "film", lambda *_, n_frames: [*range(n_frames - 1), "last"]
+    )
+    monkeypatch.setattr(
+        msc.camera, "save_film", lambda frames, path: written.update({path: frames})
+    )
+    rollout = turning(133)  # 1.1 s
+    for name, moving, resting in (
+        ("a.png", 6, 0),
+        ("a.gif", 45, 20),
+        ("a.mp4", 133, 60),
+    ):
+        render(world, rollout, target, Path(name))
+        frames = written[Path(name)]
+        assert frames == [*range(moving - 1), "last", *["last"] * resting], name
+
+
 def test_a_rollout_is_drawn_as_a_strip_of_six(tmp_path):
-    render(obstacles, turning(), target, tmp_path / "arm.png")
+    render(world, turning(), target, tmp_path / "arm.png")
     with Image.open(tmp_path / "arm.png") as strip:
         assert strip.width == 6 * strip.height
+        first, last = (
+            np.asarray(strip.crop((x, 0, x + strip.height, strip.height)), dtype=int)
+            for x in (0, strip.width - strip.height)
+        )
+    blue = [np.mean(one[..., 2] - one[..., 0] > 60) for one in (first, last)]
+    assert blue[1] > 2 * blue[0] > 0.001
 
 
-@pytest.mark.parametrize("name", ["arm.mp4", "arm", "arm.gif.txt"])
-def test_another_ending_is_refused(name, tmp_path):
-    with pytest.raises(ValueError, match=r"out='arm.*'; wanted .*\.gif or \.png"):
-        save_film(pictures(2), tmp_path / name, seconds=1.0)
+def test_two_processes_write_the_same_bytes(tmp_path):
+    package = Path(msc.camera.__file__).parents[1]
+    here, there = tmp_path / "here", tmp_path / "there"
+    runs = [
+        subprocess.Popen([sys.executable, "-c", WRITE, folder], cwd=package)
+        for folder in (here, there)
+    ]
+    assert [run.wait(timeout=60) for run in runs] == [0, 0]
+    for name in ("arm.png", "arm.gif"):
+        assert (here / name).read_bytes() == (there / name).read_bytes()
+        assert (here / name).stat().st_size > 5_000
+
+
+@pytest.mark.parametrize("name", ["arm.avi", "arm", "arm.gif.txt", "arm.PNG"])
+def test_another_ending_is_refused(name, tmp_path, monkeypatch):
+    monkeypatch.setattr(msc.camera, "film", None)  # it must not come to that
+    with pytest.raises(
+        ValueError, match=r"out='arm.*'; wanted .*\.png, \.gif or \.mp4"
+    ):
+        save_film(pictures(2), tmp_path / name)
+    with pytest.raises(
+        ValueError, match=r"out='arm.*'; wanted .*\.png, \.gif or \.mp4"
+    ):
+        render(world, turning(), target, tmp_path / name)
     assert not list(tmp_path.iterdir())
+
+
+def test_a_film_that_fails_leaves_the_earlier_one(tmp_path, monkeypatch):
+    path = tmp_path / "arm.mp4"
+    path.write_bytes(b"earlier")
+    broken = tmp_path / "broken"
+    broken.write_text(BROKEN)
+    broken.chmod(0o755)
+    monkeypatch.setattr(msc.camera, "get_ffmpeg_exe", lambda: str(broken))
+    with pytest.raises(OSError, match="no film was written: no room"):
+        save_film(pictures(2), path)
+    assert path.read_bytes() == b"earlier"
+    assert sorted(one.name for one in tmp_path.iterdir()) == ["arm.mp4", "broken"]
+
+
+def test_a_policy_may_be_written_with_exponents(tmp_path, monkeypatch, capsys):
+    given = []
+    monkeypatch.setattr(msc.camera, "render", lambda *_: None)
+    execute = msc.arm.Arm.execute
+
+    def record(arm, policy, task):
+        given.append(policy)
+        return execute(arm, policy, task)
+
+    monkeypatch.setattr(msc.arm.Arm, "execute", record)
+    policy = ["-1e-3", "-2E+1", "-.5e1", "-3.", "1e1", "-0"]
+    arguments = ["--task", "60", "--out", str(tmp_path / "arm.png")]
+    assert main(["render", "--policy", *policy, *arguments]) == 0
+    assert given == [[-0.001, -20.0, -5.0, -3.0, 10.0, 0.0]]
+    with pytest.raises(SystemExit, match="2"):
+        main(["render", "--policy", "-x", *arguments])
+    assert "--policy" in capsys.readouterr().err

@@ -18,27 +18,38 @@ import msc.dataset
 import msc.search
 import msc.survey
 from msc.cli import main
+from msc.journal import Journal
 from msc.tables import COLUMNS, load_dataset, save_table
 
 SEARCH = ["search", "--tasks", "2", "--jobs", "1"]
 ZERO = ["--policy", *"000000"]
 
-# A search cut short that waits, its first two results in the journal, for Ctrl-C.
+# A module whose search, cut short, finds two tasks and then waits for Ctrl-C.
 WAITING = """
-import sys, time
+import time
 import msc.dataset, msc.search
-from msc.cli import main
-from msc.journal import Journal
 
 msc.search.MAX_EVALUATIONS, msc.dataset.MAX_SWEEPS = 9, 1
-append = Journal.append
+really = msc.dataset._search
 
-def append_and_wait(journal, *entry):
-    append(journal, *entry)
-    if len(journal.results) == 2:
-        time.sleep(60)
+def search(plan, k, *arguments):
+    if k >= 2:
+        time.sleep(300)
+    return really(plan, k, *arguments)
 
-Journal.append = append_and_wait
+msc.dataset._search = search
+"""
+WAIT = "import sys, waiting; from msc.cli import main; sys.exit(main())"
+
+# A search cut short that may make files of a few kilobytes, as on a disk almost full.
+DISK = 6000
+FULL = f"""
+import resource, sys
+import msc.dataset, msc.search
+from msc.cli import main
+
+msc.search.MAX_EVALUATIONS, msc.dataset.MAX_SWEEPS = 9, 1
+resource.setrlimit(resource.RLIMIT_FSIZE, ({DISK}, {DISK}))
 sys.exit(main())
 """
 
@@ -53,6 +64,24 @@ def here(tmp_path, monkeypatch):
 def short(monkeypatch):
     monkeypatch.setattr(msc.search, "MAX_EVALUATIONS", 9)
     monkeypatch.setattr(msc.dataset, "MAX_SWEEPS", 1)
+
+
+def run_program(program, *arguments):
+    """Run a program of Python in the background, and as the head of a group."""
+    return subprocess.Popen(
+        [sys.executable, "-c", program, *arguments],
+        env={**os.environ, "PYTHONPATH": os.pathsep.join(["", *sys.path])},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        start_new_session=True,
+        text=True,
+    )
+
+
+def save_old_table(path):
+    table = pd.DataFrame(np.zeros((1, len(COLUMNS))), columns=list(COLUMNS))
+    save_table(table, path, command="", seed=0)
+    return path.read_bytes()
 
 
 def files(folder="."):
@@ -88,34 +117,65 @@ def test_the_command_in_the_package_makes_the_same_table(short):
     assert {name: Path(name).read_bytes() for name in files()} == before
 
 
-def test_a_search_ended_by_ctrl_c_goes_on_to_the_same_bytes(short, here):
-    arguments = [*SEARCH, "--out", "whole/free.csv"]
-    assert main(arguments) == 0
-    package = Path(msc.cli.__file__).parents[1]
-    process = subprocess.Popen(
-        [sys.executable, "-c", WAITING, *SEARCH, "--out", "half/free.csv"],
-        env={**os.environ, "PYTHONPATH": str(package)},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-    )
+@pytest.mark.parametrize("jobs", ["1", "2"])
+def test_a_search_ended_by_ctrl_c_goes_on_to_the_same_bytes(jobs, short, here):
+    arguments = ["search", "--tasks", "4", "--jobs", "1", "--out"]
+    assert main([*arguments, "whole/free.csv"]) == 0
+    Path("waiting.py").write_text(WAITING)
+    process = run_program(WAIT, *arguments, "half/free.csv", "--jobs", jobs)
     journal = here / "half" / ".free.csv.partial"
     while process.poll() is None:
         if journal.is_file() and journal.read_bytes().count(b"\n") == 3:
-            process.send_signal(signal.SIGINT)
+            os.killpg(process.pid, signal.SIGINT)  # as a terminal does
             break
         time.sleep(0.05)
-    out, err = process.communicate(timeout=60)
+    out, err = process.communicate(timeout=120)
     assert process.returncode == 130
     assert out == ""
-    assert err.endswith("msc: the same command goes on from here\nmsc: interrupted\n")
-    assert "Traceback" not in err
+    assert "msc: the same command goes on from here\nmsc: interrupted\n" in err
+    assert jobs == "2" or "Traceback" not in err
     assert files("half") == ["half/.free.csv.partial"]
 
-    assert main([*SEARCH, "--out", "half/free.csv"]) == 0
+    assert main([*arguments, "half/free.csv"]) == 0
     assert files("half") == ["half/datapackage.json", "half/free.csv"]
     for name in ("free.csv", "datapackage.json"):
         assert Path("half", name).read_bytes() == Path("whole", name).read_bytes()
+
+
+def test_a_search_on_a_full_disk_leaves_the_old_table_and_goes_on(short, here):
+    arguments = ["search", "--tasks", "4", "--jobs", "1", "--out"]
+    assert main([*arguments, "whole/free.csv"]) == 0
+    Path("half").mkdir()
+    old = save_old_table(Path("half/free.csv"))
+    out, err = run_program(FULL, *arguments, "half/free.csv").communicate(timeout=120)
+    assert out == ""
+    assert err.endswith("\nmsc: error: File too large: half/.free.csv.partial\n")
+    assert "Traceback" not in err
+    assert Path("half/free.csv").read_bytes() == old
+    assert Path("half/.free.csv.partial").stat().st_size == DISK
+
+    assert main([*arguments, "half/free.csv"]) == 0
+    assert Path("half/free.csv").read_bytes() == Path("whole/free.csv").read_bytes()
+
+
+def test_a_search_that_another_does_is_refused(short, monkeypatch, capsys):
+    old = save_old_table(Path("free.csv"))
+    monkeypatch.setattr(msc.dataset, "search_policy", None)
+    with Journal(Path(".free.csv.partial"), "another plan"):
+        assert main([*SEARCH, "--out", "free.csv"]) == 2
+    err = capsys.readouterr().err
+    assert err.startswith("msc: error: .free.csv.partial is in use by another search; ")
+    assert err.count("\n") == 1
+    assert Path("free.csv").read_bytes() == old
+    assert Path(".free.csv.partial").is_file()
+
+
+def test_a_journal_that_cannot_be_written_is_named(here, capsys):
+    Path(".free.csv.partial").mkdir()
+    assert main([*SEARCH, "--out", "free.csv"]) == 2
+    err = capsys.readouterr().err
+    assert err == "msc: error: Is a directory: .free.csv.partial\n"
+    assert not files()
 
 
 def test_what_was_found_survives_a_full_disk(short, monkeypatch, capsys):
@@ -196,7 +256,7 @@ def test_a_survey_writes_what_it_measured(constant, function, monkeypatch, capsy
         ("survey layout --out cut.txt", "out=cut.txt"),
         ("survey cut --jobs 0 --out cut.json", "jobs=0"),
         ("survey cut --seed -1 --out cut.json", "seed=-1"),
-        ("render --task 0 --out arm.mp4 --policy 0 0 0 0 0 0", "arm.mp4"),
+        ("render --task 0 --out arm.avi --policy 0 0 0 0 0 0", "arm.avi"),
         ("render --task nan --out a.gif --policy 0 0 0 0 0 0", "task_deg=nan"),
         ("render --task 0 --out a.gif --policy 0 0", "policy has shape ("),
         ("render --task 0 --out a.gif --policy 0 0 0 0 0 nan", "policy has NaN"),

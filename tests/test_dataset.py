@@ -1,6 +1,8 @@
-import json
-import shutil
-from dataclasses import astuple, replace
+import os
+import subprocess
+import sys
+import time
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -9,8 +11,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import msc.dataset
-import msc.journal
 import msc.search
+from msc.cli import main
 from msc.dataset import Plan, grid, search_tasks, take_evenly
 from msc.journal import Journal
 from msc.search import SearchResult, Start
@@ -18,12 +20,30 @@ from msc.tables import COLUMNS
 from msc.workspace import Workspace
 
 plan = Plan(Workspace.free(), grid(4), seed=0, n_starts=1)
+twofold = replace(plan, n_starts=2)
+
+# A module that cuts searches short, in worker processes too.
+BRIEF = """
+import msc.dataset, msc.search
+
+msc.search.MAX_EVALUATIONS, msc.dataset.MAX_SWEEPS = 45, 2
+really = msc.dataset._search
+
+def search(*arguments):
+    return really(*arguments)
+
+msc.dataset._search = search
+"""
 
 
 def in_short(patch):
-    """Cut the searches short, and the consistency pass after each task's turn."""
+    """Cut the searches short, and the consistency pass after each task's turn.
+
+    Of four tasks, two are searched first.
+    """
     patch.setattr(msc.search, "MAX_EVALUATIONS", 9)
     patch.setattr(msc.dataset, "MAX_SWEEPS", 1)
+    patch.setattr(msc.dataset, "COARSE_DEG", 180.0)
 
 
 @pytest.fixture
@@ -35,7 +55,7 @@ def short(monkeypatch):
 def whole():
     with pytest.MonkeyPatch.context() as patch:
         in_short(patch)
-        return to_csv(search_tasks(plan))
+        return to_csv(search_tasks(twofold))
 
 
 def to_csv(table):
@@ -52,6 +72,7 @@ def search_in_short(*arguments, really=msc.dataset._search):
 # Tasks
 
 
+@settings(deadline=None)
 @given(st.integers(2, 400), st.floats(0, 0.99))
 def test_a_grid_is_even_and_within_the_circle(n_tasks, share):
     tasks = np.array(grid(n_tasks, share * 360 / n_tasks))
@@ -72,6 +93,7 @@ def test_an_offset_beyond_the_first_step_is_refused(offset):
         grid(4, offset)
 
 
+@settings(deadline=None)
 @given(st.integers(2, 72))
 def test_samples_are_the_nearest_grid_tasks(n_samples):
     tasks = np.deg2rad(grid(72))
@@ -96,7 +118,7 @@ def test_more_samples_than_tasks_are_refused():
 
 
 def test_a_table_has_one_row_a_task(whole, short):
-    table = search_tasks(plan)
+    table = search_tasks(twofold)
     assert list(table.columns) == list(COLUMNS)
     assert table["task_deg"].tolist() == list(plan.tasks_deg)
     np.testing.assert_array_equal(
@@ -113,35 +135,47 @@ def test_a_table_has_one_row_a_task(whole, short):
 
 def test_two_workers_find_what_one_finds(whole, short, monkeypatch):
     monkeypatch.setattr(msc.dataset, "_search", search_in_short)
-    assert to_csv(search_tasks(plan, jobs=2)) == whole
+    assert to_csv(search_tasks(twofold, jobs=2)) == whole
 
 
-def test_a_task_s_own_search_does_not_depend_on_the_others(short):
-    alone = msc.search.search_policy(plan.workspace, 90, seed=0, n_starts=1)
-    table = search_tasks(plan)
-    assert table["cost"][1] <= alone.cost
+def test_a_task_s_own_search_does_not_depend_on_the_others(short, monkeypatch):
+    monkeypatch.setattr(msc.dataset, "MAX_SWEEPS", 0)
+    alone = msc.search.search_policy(plan.workspace, 180, seed=0, n_starts=2)
+    for n_tasks in (2, 4):
+        table = search_tasks(replace(twofold, tasks_deg=grid(n_tasks)))
+        row = table[table["task_deg"] == 180]
+        assert row.iloc[0, 1:7].tolist() == alone.policy.tolist()
+        assert row["margin"].item() == alone.margin
 
 
-# The consistency pass, with a made-up search in place of the arm
+# Levels and passes, with a made-up search in place of the arm
+
+
+def behaviour(basin):
+    return np.r_[float(basin), 1.0, np.zeros(4)]
 
 
 def made_up_search(depths):
     """Make a search that stays in the basin it starts in, or goes to the task's own.
 
     The basin is the policy's first weight, `depths` the costs: one row a task, one
-    column a basin. The number of calls is kept with each task.
+    column a basin. An independent start finds the basin with the task's number, each
+    further one the next. Of every call are kept: task, basins given, independent
+    starts, and whether there was an incumbent.
     """
     calls = []
 
-    def search(world, task, *, seed, n_starts, start_policies, incumbent):
-        k = round(task) // 90
-        calls.append(k)
+    def search(world, task, *, seed, n_starts, start_policies=(), incumbent=None):
+        k = round(task * len(depths) / 360)
         basins = [int(policy[0]) for policy in start_policies]
-        found = [(f"given {i}", basin) for i, basin in enumerate(basins)]
+        calls.append((k, basins, n_starts, incumbent is not None))
         starts = list(incumbent.starts) if incumbent else []
-        for name, basin in [("start 0", k % depths.shape[1])] * n_starts + found:
-            policy = np.r_[float(basin), 1.0, np.zeros(4)]
-            starts.append(Start(name, policy, float(depths[k, basin]), 9))
+        n_before = sum(start.name.startswith("start") for start in starts)
+        new = [(f"given {i}", basin) for i, basin in enumerate(basins)]
+        for number in range(n_before, n_before + n_starts):
+            new.append((f"start {number}", (k + number) % depths.shape[1]))
+        for name, basin in new:
+            starts.append(Start(name, behaviour(basin), float(depths[k, basin]), 9))
         best = min(starts, key=lambda start: start.cost)
         return SearchResult(best.policy, best.cost, 0.0, 0.0, 0.0, tuple(starts))
 
@@ -150,13 +184,14 @@ def made_up_search(depths):
 
 
 @settings(max_examples=30, deadline=None)
-@given(st.permutations(range(4)), st.integers(0, 100))
-def test_the_best_behaviour_spreads_to_all_and_costs_only_fall(order, seed):
+@given(st.permutations(range(4)), st.integers(0, 100), st.sampled_from([5.0, 180.0]))
+def test_the_best_behaviour_spreads_to_all_and_costs_only_fall(order, seed, coarse):
     depths = np.random.default_rng(seed).uniform(1, 2, size=(4, 4))
     depths[:, order[0]] -= 1
     with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(msc.dataset, "COARSE_DEG", coarse)
         patch.setattr(msc.dataset, "search_policy", made_up_search(depths))
-        table = search_tasks(plan)
+        table = search_tasks(replace(plan, n_starts=4))
     assert (table["weight_x1"] == order[0]).all()
     np.testing.assert_array_equal(table["cost"], depths[:, order[0]])
 
@@ -165,7 +200,7 @@ def test_the_pass_rests_when_nothing_spreads(monkeypatch):
     search = made_up_search(np.ones((4, 1)))
     monkeypatch.setattr(msc.dataset, "search_policy", search)
     search_tasks(plan)
-    assert sorted(search.calls) == sorted([0, 1, 2, 3] * 2)
+    assert sorted(call[0] for call in search.calls) == sorted([0, 1, 2, 3] * 2)
 
 
 def test_a_winner_from_next_door_is_named_so(monkeypatch):
@@ -175,17 +210,77 @@ def test_a_winner_from_next_door_is_named_so(monkeypatch):
     assert winners == ["start 0", "task before", "start 0", "task after"]
 
 
-def test_guides_on_either_side_are_neighbours_too(monkeypatch):
+@pytest.mark.parametrize(("n_tasks", "n_first"), [(72, 72), (144, 72), (145, 73)])
+def test_tasks_five_degrees_apart_are_searched_first(n_tasks, n_first, monkeypatch):
+    search = made_up_search(np.ones((n_tasks, 1)))
+    monkeypatch.setattr(msc.dataset, "search_policy", search)
+    search_tasks(replace(plan, tasks_deg=grid(n_tasks), n_starts=3))
+    coarse = range(0, n_tasks, n_tasks // 72)
+    fine = sorted(set(range(n_tasks)) - set(coarse))
+    first, rest = search.calls[:n_first], search.calls[n_first:]
+    assert first == [(k, [], 3, False) for k in coarse]
+    assert {call[0] for call in rest[:n_first]} == set(coarse)
+    new = [call for call in rest if not call[3]]
+    assert new == [(k, [0, 0], 1, False) for k in fine]
+
+
+def test_tasks_between_start_from_what_was_made_consistent(monkeypatch):
+    depths = np.array([[1, 9, 9, 9], [9, 9, 9, 9], [1, 9, 2, 9], [9, 9, 9, 9]])
+    search = made_up_search(depths)  # task 2 finds basin 2, and 0 only from task 0
+    monkeypatch.setattr(msc.dataset, "search_policy", search)
+    monkeypatch.setattr(msc.dataset, "COARSE_DEG", 180.0)
+    search_tasks(plan)
+    between = [call for call in search.calls if call[0] in (1, 3) and not call[3]]
+    assert between == [(1, [0, 0], 1, False), (3, [0, 0], 1, False)]
+
+
+def test_more_starts_are_spent_only_where_the_first_disagree(monkeypatch):
+    search = made_up_search(np.tile([1.0, 2, 3], (4, 1)))
+    monkeypatch.setattr(msc.dataset, "search_policy", search)
+    monkeypatch.setattr(msc.dataset, "COARSE_DEG", 180.0)
+    monkeypatch.setattr(msc.dataset, "MAX_SWEEPS", 0)
+    table = search_tasks(replace(plan, n_starts=3))
+    assert search.calls[2:] == [
+        (1, [0, 0], 1, False),  # its start 0 finds basin 1
+        (1, [], 2, True),
+        (3, [0, 0], 1, False),  # its start 0 finds basin 0 as well
+    ]
+    assert table["starts"].tolist() == [3, 5, 3, 3]
+    assert table["starts_agreeing"].tolist() == [1, 3, 1, 3]
+    np.testing.assert_array_equal(table["margin"], [1, 1, 1, np.nan])
+
+
+# Neighbours
+
+
+def test_a_guide_s_tasks_are_neighbours_known_from_the_beginning(monkeypatch):
     depths = np.array([[9, 1], [1, 9], [1, 9], [9, 9.0]])
-    guide = ((300.0, (1.0, 1, 0, 0, 0, 0)), (60.0, (1.0, 1, 0, 0, 0, 0)))
+    guide = tuple((angle, tuple(behaviour(1))) for angle in (300.0, 60.0))
     search = made_up_search(depths)
     monkeypatch.setattr(msc.dataset, "search_policy", search)
-    table = search_tasks(replace(plan, tasks_deg=(0.0, 180.0), guide=guide))
-    assert table["winner"][0] == "guide before"
-    before, after = msc.dataset._nearest_guides(
-        replace(plan, guide=((10.0, (1.0,)), (200.0, (2.0,)), (350.0, (3.0,)))), 5.0
-    )
-    assert (before.tolist(), after.tolist()) == ([3.0], [1.0])
+    monkeypatch.setattr(msc.dataset, "COARSE_DEG", 180.0)
+    table = search_tasks(replace(plan, n_starts=3, guide=guide))
+    assert [call[:2] for call in search.calls if not call[3]] == [
+        (k, [1, 1]) for k in range(4)
+    ]
+    assert table["winner"][0] == "task before"
+
+
+@settings(deadline=None)
+@given(
+    st.lists(st.integers(0, 359), min_size=1, max_size=9, unique=True),
+    st.floats(0, 360, exclude_max=True),
+)
+def test_nothing_known_lies_between_a_task_and_its_neighbours(angles, task):
+    known = [(float(angle), np.array([angle])) for angle in angles]
+    (before,), (after,) = msc.dataset._on_either_side(known, task)
+    for angle in angles:
+        assert (task - before) % 360 <= (task - angle) % 360
+        assert (after - task) % 360 <= (angle - task) % 360
+
+
+def test_where_nothing_is_known_there_are_no_neighbours():
+    assert msc.dataset._on_either_side([], 0.0) == ()
 
 
 # Interrupted and gone on with
@@ -194,130 +289,74 @@ def test_guides_on_either_side_are_neighbours_too(monkeypatch):
 @pytest.mark.parametrize("n_done", [1, 4, 6])
 def test_an_interrupted_search_ends_alike(n_done, whole, short, tmp_path, monkeypatch):
     journal = tmp_path / "journal"
-    really, calls = msc.dataset.search_policy, []
+    really, calls = msc.dataset._search, []
 
-    def search(*arguments, **options):
+    def search(*arguments):
         calls.append(arguments)
         if len(calls) == n_done + 1:
             raise KeyboardInterrupt
-        return really(*arguments, **options)
+        return really(*arguments)
 
-    monkeypatch.setattr(msc.dataset, "search_policy", search)
+    monkeypatch.setattr(msc.dataset, "_search", search)
     with pytest.raises(KeyboardInterrupt):
-        search_tasks(plan, journal=journal)
+        search_tasks(twofold, journal=journal)
     assert len(journal.read_text().splitlines()) == 1 + n_done
-    assert to_csv(search_tasks(plan, journal=journal)) == whole
+    assert to_csv(search_tasks(twofold, journal=journal)) == whole
     n_searches = len(calls) - 1
     assert len(journal.read_text().splitlines()) == 1 + n_searches
 
 
 def test_a_finished_journal_is_all_it_takes(whole, short, tmp_path, monkeypatch):
-    search_tasks(plan, journal=tmp_path / "journal")
+    search_tasks(twofold, journal=tmp_path / "journal")
     monkeypatch.setattr(msc.dataset, "search_policy", None)
-    assert to_csv(search_tasks(plan, journal=tmp_path / "journal")) == whole
+    assert to_csv(search_tasks(twofold, journal=tmp_path / "journal")) == whole
 
 
 def test_a_torn_journal_ends_alike(whole, short, tmp_path):
     journal = tmp_path / "journal"
-    search_tasks(plan, journal=journal)
+    search_tasks(twofold, journal=journal)
     content = journal.read_bytes()
     for torn in (len(content) // 2, len(content) - 1):
         journal.write_bytes(content[:torn])
-        assert to_csv(search_tasks(plan, journal=journal)) == whole
+        assert to_csv(search_tasks(twofold, journal=journal)) == whole
         assert sorted(journal.read_bytes().splitlines()) == sorted(content.splitlines())
 
 
-# The journal
-
-
-def result(seed=0):
-    rng = np.random.default_rng(seed)
-    starts = tuple(
-        Start(f"start {k}", rng.normal(size=6), float(rng.normal()), 9 * k, "start 0")
-        for k in range(2)
-    )
-    return SearchResult(starts[0].policy, *rng.normal(size=4).tolist(), starts)
-
-
-def bits(result):
-    *numbers, starts = astuple(result)
-    return [np.asarray(value).tobytes() for value in numbers], repr(starts)
-
-
-def test_results_come_back_bit_for_bit(tmp_path):
-    path = tmp_path / "new" / "journal"
-    first = Journal(path, plan)
-    for k in range(3):
-        first.append("search", k, result(k))
-    again = Journal(path, plan)
-    assert list(again.results) == [("search", k) for k in range(3)]
-    for k in range(3):
-        assert bits(again.results["search", k]) == bits(result(k))
-
-
-@pytest.mark.parametrize("end", [-1, -60, 20])
-def test_a_torn_line_is_dropped(end, tmp_path):
-    path = tmp_path / "journal"
-    first = Journal(path, plan)
-    for k in range(2):
-        first.append("search", k, result(k))
-    last = path.read_bytes().splitlines(keepends=True)[-1]
-    path.write_bytes(path.read_bytes().removesuffix(last) + last[:end])
-    again = Journal(path, plan)
-    assert list(again.results) == [("search", 0)]
-    again.append("search", 1, result(1))
-    assert len(Journal(path, plan).results) == 2
-
-
-@pytest.mark.parametrize("end", [0, 20, -1])
-def test_a_torn_first_line_is_begun_anew(end, tmp_path):
-    path = tmp_path / "journal"
-    Journal(path, plan)
-    path.write_bytes(path.read_bytes()[:end])
-    Journal(path, plan).append("search", 0, result())
-    assert len(Journal(path, plan).results) == 1
-
-
-@pytest.mark.parametrize(
-    "other",
-    [
-        replace(plan, seed=1),
-        replace(plan, n_starts=2),
-        replace(plan, tasks_deg=grid(5)),
-        replace(plan, workspace=Workspace(cut_deg=70.0)),
-        replace(plan, guide=((0.0, (0.0,) * 6),)),
-    ],
-)
-def test_another_plan_is_begun_anew(other, tmp_path):
-    path = tmp_path / "journal"
-    Journal(path, plan).append("search", 0, result())
-    assert not Journal(path, other).results
-    assert not Journal(path, plan).results
-
-
-def test_other_code_is_begun_anew(tmp_path, monkeypatch):
-    path, package = tmp_path / "journal", tmp_path / "msc"
-    Journal(path, plan).append("search", 0, result())
-    shutil.copytree(Path(msc.journal.__file__).parent, package)
-    monkeypatch.setattr(msc.journal, "__file__", str(package / "journal.py"))
-    assert Journal(path, plan).results
-    with (package / "bullet.py").open("a") as file:
-        file.write("# changed\n")
-    assert not Journal(path, plan).results
-
-
-def test_without_a_file_nothing_is_kept_on_disk(tmp_path, monkeypatch):
+def test_a_search_killed_at_any_moment_goes_on_to_the_same_bytes(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    journal = Journal(None, plan)
-    journal.append("search", 0, result())
-    assert bits(journal.results["search", 0]) == bits(result())
-    assert not list(tmp_path.iterdir())
+    monkeypatch.setattr(msc.search, "MAX_EVALUATIONS", 45)
+    monkeypatch.setattr(msc.dataset, "MAX_SWEEPS", 2)
+    arguments = ["search", "--workspace", "obstacles", "--tasks", "4", "--seed", "3"]
+    lines = []
+    append = Journal.append
+    with monkeypatch.context() as patch:
+        patch.setattr(Journal, "append", lambda *a: lines.append(a) or append(*a))
+        assert main([*arguments, "--jobs", "1", "--out", "whole/table.csv"]) == 0
 
+    Path("brief.py").write_text(BRIEF)
+    program = "import brief, sys; from msc.cli import main; sys.exit(main())"
+    journal = tmp_path / "half" / ".table.csv.partial"
+    arguments += ["--out", "half/table.csv"]
+    rng = np.random.default_rng(0)
+    moments = np.sort(rng.choice(np.arange(1, len(lines) - 2), 3, replace=False))
+    for moment, jobs in zip(moments, "121", strict=True):
+        process = subprocess.Popen(
+            [sys.executable, "-c", program, *arguments, "--jobs", jobs],
+            env={**os.environ, "PYTHONPATH": os.pathsep.join(["", *sys.path])},
+            stderr=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+        )
+        while process.poll() is None:
+            if journal.is_file() and journal.read_bytes().count(b"\n") > moment:
+                time.sleep(rng.uniform(0, 0.05))
+                process.kill()
+            time.sleep(0.005)
+        assert process.returncode == -9, "it was done before it could be killed"
+        assert not (tmp_path / "half" / "table.csv").exists()
 
-def test_each_line_is_json(tmp_path):
-    path = tmp_path / "journal"
-    Journal(path, plan).append("sweep 1", 3, result())
-    header, entry = map(json.loads, path.read_text().splitlines())
-    assert list(header) == ["plan"]
-    assert (entry["phase"], entry["k"]) == ("sweep 1", 3)
-    assert entry["result"]["policy"] == result().policy.tolist()
+    assert main([*arguments, "--jobs", "1"]) == 0
+    files = {one.name for one in (tmp_path / "half").iterdir()}
+    assert files == {"table.csv", "datapackage.json"}
+    for name in files:
+        whole = (tmp_path / "whole" / name).read_bytes()
+        assert (tmp_path / "half" / name).read_bytes() == whole

@@ -5,14 +5,20 @@ from pathlib import Path
 
 import pytest
 
+from msc.journal import _CODE
+
 PACKAGE = Path(__file__).parents[1] / "msc"
 
 ROW = [
     "workspace",
     "dmp",
     "kinematics",
+    "dynamics",
+    "control",
     "bullet",
     "arm",
+    "rays",
+    "scene",
     "camera",
     "search",
     "journal",
@@ -20,6 +26,9 @@ ROW = [
     "dataset",
     "jumps",
     "survey",
+    "bisection",
+    "audit",
+    "movements",
     "spectral",
     "smce",
     "gaussian",
@@ -29,6 +38,9 @@ ROW = [
     "evaluation",
     "claims",
     "plots",
+    "plots_search",
+    "plots_audit",
+    "plots_movements",
     "notebook",
     "chapters",
     "book",
@@ -85,3 +97,12 @@ def test_pybullet_and_cma_have_one_module_each(name):
 def test_learners_know_nothing_of_robots(name):
     own, _ = imported(name)
     assert not own & ROBOT
+
+
+def test_a_journal_knows_all_the_code_that_a_search_depends_on():
+    found, new = set(), {"dataset"}
+    while new:
+        found |= new
+        new = set().union(*(imported(name)[0] for name in new)) - found
+        new -= {"journal", "tables"}  # they keep what is found, and change nothing
+    assert set(_CODE) == found

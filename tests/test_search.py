@@ -1,11 +1,24 @@
+import math
+from dataclasses import replace
+
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import msc.search
 from msc.arm import Arm, Rollout
 from msc.dmp import DMP
-from msc.search import SearchResult, Start, cost, random_start, search_policy
-from msc.workspace import Workspace
+from msc.search import (
+    SearchResult,
+    Start,
+    cost,
+    free_shape,
+    minimise,
+    random_start,
+    search_policy,
+)
+from msc.workspace import Workspace, chain
 
 free = Workspace.free()
 rough = np.array([3.0, -2.0, 1.0, 0.5, 2.0, -1.0])
@@ -13,7 +26,7 @@ rough = np.array([3.0, -2.0, 1.0, 0.5, 2.0, -1.0])
 
 @pytest.fixture(autouse=True)
 def few_evaluations(monkeypatch):
-    monkeypatch.setattr(msc.search, "MAX_EVALUATIONS", 45)
+    monkeypatch.setattr(msc.search, "MAX_EVALUATIONS", 44)  # five times nine
 
 
 def bits(result):
@@ -34,9 +47,11 @@ def test_the_cost_weighs_squared_distance_and_energy():
     assert cost(rollout) == pytest.approx(100 * 0.02**2 + 0.005 * 4.0)
 
 
-def test_a_result_costs_what_its_policy_does():
-    found = search_policy(free, 200, seed=0, n_starts=2)
-    with Arm(free) as arm:
+@pytest.mark.parametrize("name", ["free", "obstacles"])
+def test_a_result_costs_what_its_policy_does(name):
+    world = Workspace.named(name)
+    found = search_policy(world, 200, seed=0, n_starts=2, start_policies=[rough])
+    with Arm(world) as arm:
         rollout = arm.execute(found.policy, 200)
     assert found.cost == cost(rollout) == min(one.cost for one in found.starts)
     assert (found.error, found.energy) == (rollout.error, rollout.energy)
@@ -70,6 +85,23 @@ def test_more_starts_go_on_from_fewer():
     two = search_policy(free, 90, seed=0, n_starts=2)
     assert bits(two)[0][:1] == bits(one)[0]
     assert two.cost <= one.cost
+    again = search_policy(free, 90, seed=0, n_starts=1, incumbent=one)
+    assert bits(again) == bits(two)
+
+
+def test_every_run_draws_numbers_of_its_own(monkeypatch):
+    drawn = []
+
+    def draw(costs, mean, step, rng, shape, *, name, known):
+        drawn.append(rng.standard_normal())
+        return Start(name, mean, 1.0, 9)
+
+    monkeypatch.setattr(msc.search, "minimise", draw)
+    for seed in (0, 1):
+        for task in (0, 0.125, 90, 359.875):
+            options = {"n_starts": 3, "start_policies": [rough, rough]}
+            search_policy(free, task, seed=seed, **options)
+    assert len(set(drawn)) == len(drawn) == 2 * 4 * 5
 
 
 # Starts
@@ -90,13 +122,25 @@ def test_every_start_is_kept():
     assert len({one.policy.tobytes() for one in found.starts}) == 3
 
 
-def test_a_given_policy_is_searched_around(monkeypatch):
-    monkeypatch.setattr(msc.search, "MAX_EVALUATIONS", 9)
-    found = search_policy(free, 90, seed=0, n_starts=1, start_policies=[rough])
-    assert [one.name for one in found.starts] == ["start 0", "given 0"]
-    assert np.linalg.norm(found.starts[1].policy - rough) < 5
+def test_given_policies_come_first_and_are_searched_around(monkeypatch):
+    monkeypatch.setattr(msc.search, "MAX_EVALUATIONS", 8)
+    given = [rough, -rough]
+    found = search_policy(free, 90, seed=0, n_starts=2, start_policies=given)
+    names = ["given 0", "given 1", "start 0", "start 1"]
+    assert [one.name for one in found.starts] == names
+    for start, policy in zip(found.starts, given, strict=False):
+        assert 0 < np.linalg.norm(start.policy - policy) < 5
     only = search_policy(free, 90, seed=0, n_starts=0, start_policies=[rough])
     assert only.winner == "given 0"
+
+
+def test_independent_starts_are_numbered_on_from_those_before():
+    found = search_policy(free, 90, seed=0, n_starts=2, start_policies=[rough])
+    again = search_policy(
+        free, 90, seed=0, n_starts=1, start_policies=[-rough], incumbent=found
+    )
+    assert [one.name for one in again.starts[3:]] == ["given 0", "start 2"]
+    assert bits(again)[0][:3] == bits(found)[0]
 
 
 def test_what_is_found_never_gets_worse():
@@ -120,39 +164,180 @@ def test_a_hopeless_start_leaves_the_incumbent():
     assert bits(again)[1:] == bits(found)[1:]
 
 
-def test_a_start_that_comes_upon_a_known_policy_joins_it():
+# Runs that come upon a known policy
+
+
+def flat(policies):
+    """Cost next to nothing more anywhere: CMA-ES stays where it is."""
+    return [1 + 1e-3 * one @ one / (rough @ rough) for one in policies]
+
+
+narrow = 0.003 * np.eye(6)
+
+
+def run(mean, known, *, shape=narrow, seed=0):
+    """Run CMA-ES from a policy."""
+    rng = np.random.default_rng(seed)
+    return minimise(flat, np.asarray(mean), 1.0, rng, shape, known=known)
+
+
+def test_a_run_joins_the_policy_that_it_comes_upon():
+    known = Start("a", -rough, 0.0, 9), Start("b", rough, 0.0, 9)
+    assert run(rough, known).joined == 1
+    assert run(rough, known).evaluations == 9
+    assert run(-rough, known).joined == 0
+    assert run(9 * rough, known).joined == -1
+    assert run(9 * rough, known).evaluations == 45
+    assert run(rough, ()).joined == -1
+
+
+def test_a_run_that_joins_a_joined_run_joins_the_first():
+    known = [Start("a", rough, 0.0, 9)]
+    for factor in (1.04, 1.08, 1.12):
+        known.append(run(factor * rough, known))
+    assert [one.joined for one in known] == [-1, 0, 0, 0]
+    assert run(1.12 * rough, known[:1]).joined == -1
+
+
+@pytest.mark.parametrize(("share", "joined"), [(0.048, 0), (0.052, -1)])
+def test_near_is_a_twentieth_of_the_known_policy_s_norm(share, joined, monkeypatch):
+    monkeypatch.setattr(msc.search, "MAX_EVALUATIONS", 8)
+    assert run((1 + share) * rough, [Start("a", rough, 0.0, 9)]).joined == joined
+
+
+def test_a_near_but_cheaper_run_is_not_stopped():
+    found = run(rough, [Start("a", rough, 1.01, 9)])
+    assert (found.joined, found.evaluations) == (-1, 45)
+
+
+@pytest.mark.parametrize(("share", "joined"), [(0.045, 0), (0.065, -1)])
+def test_a_run_that_looks_farther_in_one_direction_is_not_near(
+    share, joined, monkeypatch
+):
+    monkeypatch.setattr(msc.search, "MAX_EVALUATIONS", 8)
+    widths = share * np.linalg.norm(rough) * np.array([1, 0, 0, 0, 0, 0])
+    shape = np.diag(widths) + 1e-3 * np.eye(6)
+    known = [Start("a", rough, 0.0, 9)]
+    found = run(rough, known, shape=shape, seed=4)  # whose middle moves little
+    assert found.joined == joined
+
+
+@pytest.mark.parametrize(("paid", "evaluations"), [(0.49, 27), (0.51, 45)])
+def test_a_run_twice_as_dear_as_a_known_one_is_given_up(paid, evaluations, monkeypatch):
+    monkeypatch.setattr(msc.search, "PATIENCE", 20)
+    known = Start("a", 9 * rough, paid, 9), Start("b", -9 * rough, 5.0, 9)
+    found = run(rough, known)
+    assert found.cost == pytest.approx(1, abs=0.01)
+    assert (found.joined, found.evaluations) == (-1, evaluations)
+
+
+def test_a_search_lets_runs_join_those_before():
     far = 10 * rough
-    starts = Start("start 0", far, 0.0, 9), Start("a", 2 * far, 1.0, 9, "start 0")
+    starts = Start("start 0", far, 0.0, 9), Start("given 0", 2 * far, 1.0, 9, 0)
     known = SearchResult(far, 0.0, 0.0, 0.0, 0.0, starts)
     again = search_policy(
         free,
         30,
         seed=0,
         n_starts=0,
-        start_policies=[far, 2.02 * far, -far],
+        start_policies=[far, 2.02 * far, -far, -far],
         incumbent=known,
     )
-    joined = [one.joined for one in again.starts[2:]]
-    assert joined == ["start 0", "start 0", ""]
+    assert [one.joined for one in again.starts] == [-1, 0, 0, 0, -1, -1]
     assert again.n_agreeing == 4
     assert again.starts[2].evaluations < again.starts[4].evaluations
 
 
-def test_agreement_is_joining_or_ending_within_a_percent():
-    def start(name, factor, cost, joined=""):
-        return Start(name, factor * rough, cost, 9, joined)
+# What the starts say together
 
-    starts = (
-        start("start 0", 1.0, 1.0),
-        start("start 1", 1.005, 2.0),
-        start("start 2", 1.02, 3.0),
-        start("start 3", 1.08, 4.0, joined="start 0"),
-        start("start 4", -1.0, 5.0, joined="start 2"),
+
+def result(*ends):
+    """Make a result of starts, each from (multiple of `rough`, cost, joined)."""
+    starts = tuple(
+        Start(f"start {number}", factor * rough, cost, 9, *joined)
+        for number, (factor, cost, *joined) in enumerate(ends)
     )
-    found = SearchResult(rough, 1.0, 0.0, 0.0, 0.0, starts)
+    best = min(starts, key=lambda start: start.cost)
+    return SearchResult(best.policy, best.cost, 0.0, 0.0, 0.0, starts)
+
+
+def test_agreement_is_joining_or_ending_within_a_percent():
+    found = result((1.0, 1.0), (1.005, 2.0), (1.02, 3.5), (1.08, 4.0, 0), (-1, 3.0, 2))
     assert found.winner == "start 0"
     assert found.n_agreeing == 3
     assert found.evaluations == 45
+    assert found.margin == 2.0
+
+
+def test_the_margin_is_to_the_best_run_that_ended_elsewhere():
+    assert result((1, 1.5), (-1, 1.25), (2, 4.0)).margin == 0.25
+    assert result((-1, 2.0), (1, 1.0), (1, 3.0, 0), (1.001, 1.5)).margin == 1.0
+
+
+def test_without_a_run_that_ended_elsewhere_there_is_no_margin():
+    for found in (result((1, 1.0)), result((1, 1.0), (1.009, 1.1), (3, 9.0, 1))):
+        assert math.isnan(found.margin)
+        assert found.n_agreeing == len(found.starts)
+
+
+ends = st.tuples(st.sampled_from([1, 1.009, 1.02, -1]), st.floats(1, 2))
+
+
+@settings(deadline=None)
+@given(st.lists(ends, min_size=1, max_size=6))
+def test_no_run_is_better_and_one_agrees_at_least(ends):
+    found = result(*ends)
+    elsewhere = len(ends) - found.n_agreeing
+    assert 0 <= elsewhere < len(ends)
+    assert found.margin >= 0 if elsewhere else math.isnan(found.margin)
+
+
+# The shape of the first look around
+
+
+def bend(dmp, task, world=free):
+    """Find by differences how the cost that `free_shape` describes bends."""
+    times = np.linspace(0, 1, 1001)
+    start = chain(world.home, world.link_lengths)[-1]
+    target = world.target(task)
+
+    def described(policy):
+        path = dmp.path(policy, start, target, times)
+        speed = np.diff(path, axis=0) / times[1] / world.link_lengths[0]
+        return 100 * np.sum((path[-1] - target) ** 2) + 5e-3 * times[1] * np.sum(
+            speed**2
+        )
+
+    unit = np.eye(dmp.n_params)
+    return np.array(
+        [
+            [
+                described(a + b) - described(a) - described(b) + described(0 * a)
+                for a in unit
+            ]
+            for b in unit
+        ]
+    )
+
+
+@pytest.mark.parametrize("task", [0, 100, 222])
+@pytest.mark.parametrize(
+    "dmp", [DMP(), DMP(gated=True), DMP(n_basis=4), DMP(n_basis=4, gated=True)]
+)
+def test_in_the_shape_s_coordinates_the_described_cost_is_round(dmp, task):
+    shape, bent = free_shape(free, task, dmp), bend(dmp, task)
+    assert np.linalg.det(shape) == pytest.approx(1)
+    assert np.linalg.cond(bent) > 1e4
+    assert np.linalg.cond(shape.T @ bent @ shape) < 1.1
+
+
+def test_where_weights_do_nothing_there_is_a_shape_all_the_same():
+    world = replace(free, home=(math.pi / 2, 0.0, 0.0))
+    task = 90 - world.cut_deg  # straight below the end effector
+    shape = free_shape(world, task, DMP())
+    assert np.linalg.cond(bend(DMP(), task, world)) > 1e15
+    assert np.isfinite(shape).all()
+    assert np.linalg.det(shape) == pytest.approx(1)
 
 
 # Bad input

@@ -35,7 +35,7 @@ def test_the_layout_is_the_first_whose_tasks_are_reached_and_jump(jobs, monkeypa
     fits = [False, False, True, True]
 
     def look_at(layout, n_tasks, seed):
-        assert (n_tasks, seed) == (36, 4)
+        assert (n_tasks, seed) == (72, 4)
         return {"layout": layout, "fit": fits[layout]}
 
     monkeypatch.setattr(msc.survey, "_look_at", look_at)

@@ -60,6 +60,16 @@ def test_every_number_comes_back(path):
     assert load_dataset(path)[2]["cost"].to_numpy().tobytes() == numbers.tobytes()
 
 
+@pytest.mark.parametrize("margin", [[0.5, np.nan, 0.0, np.nan, 2.0], [np.nan] * 5])
+def test_a_margin_may_be_empty(path, margin):
+    save(made_up(margin=margin), path, command="", seed=0)
+    table = load_dataset(path)[2]
+    np.testing.assert_array_equal(table["margin"], margin)
+    place = list(COLUMNS).index("margin")
+    for line, value in zip(path.read_text().splitlines()[1:], margin, strict=True):
+        assert line.split(",")[place] == ("" if np.isnan(value) else str(value))
+
+
 def test_tasks_come_back_ascending(path):
     save(made_up()[::-1], path, command="", seed=0)
     tasks, policies, _ = load_dataset(path)
@@ -151,15 +161,19 @@ def test_duplicate_tasks_are_named(path):
         load_dataset(path)
 
 
-@pytest.mark.parametrize("value", [np.nan, np.inf])
-def test_columns_that_are_not_finite_are_named(path, value):
-    rewrite(path, made_up(weight_x3=[1.0, 2.0, value, 4.0, 5.0]))
-    with pytest.raises(ValueError, match=r"free\.csv: NaN or infinite .* in weight_x3"):
+@pytest.mark.parametrize(
+    ("column", "value"),
+    [("weight_x3", np.nan), ("weight_x3", np.inf), ("margin", np.inf)],
+)
+def test_columns_that_are_not_finite_are_named(path, column, value):
+    rewrite(path, made_up(**{column: [1.0, 2.0, value, 4.0, 5.0]}))
+    with pytest.raises(ValueError, match=rf"free\.csv: NaN or infinite .* in {column}"):
         load_dataset(path)
 
 
-def test_text_among_numbers_is_shown(path):
-    rewrite(path, made_up(cost=["a lot", "2", "3", "4", "5"]))
+@pytest.mark.parametrize("column", ["cost", "margin"])
+def test_text_among_numbers_is_shown(path, column):
+    rewrite(path, made_up(**{column: ["a lot", "2", "3", "4", "5"]}))
     with pytest.raises(ValueError, match=r"free\.csv: wanted numbers: .*'a lot'"):
         load_dataset(path)
 

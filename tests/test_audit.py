@@ -1,0 +1,161 @@
+import json
+
+import numpy as np
+import pytest
+
+import msc.audit
+import msc.bisection
+from msc.audit import audit_table, list_jumps, load_audits, summarise
+from msc.bisection import bisect, bisect_jumps
+from msc.dataset import Plan, grid, search_tasks
+from msc.search import SearchResult
+from msc.tables import checksum, save_table
+from msc.workspace import Workspace
+
+free = Workspace.free()
+
+
+@pytest.fixture(scope="module")
+def table(tmp_path_factory):
+    """A table of four tasks, searched as little as can be."""
+    patch = pytest.MonkeyPatch()
+    patch.setattr("msc.search.MAX_EVALUATIONS", 18)
+    path = tmp_path_factory.mktemp("data") / "free.csv"
+    found = search_tasks(Plan(free, grid(4), seed=0, n_starts=1))
+    save_table(found, path, command="msc search", seed=0)
+    patch.undo()
+    return path
+
+
+@pytest.fixture
+def searches(monkeypatch):
+    """Stand in for the search: policies from a function of the task, costs given."""
+
+    def install(policy, cost=1.0):
+        def search(workspace, task_deg, **options):
+            found = np.asarray(policy(task_deg), dtype=float)
+            return SearchResult(found, cost, 0.0, 0.0, 0.0, ())
+
+        monkeypatch.setattr(msc.audit, "search_policy", search)
+        monkeypatch.setattr(msc.bisection, "search_policy", search)
+
+    return install
+
+
+# Executed again
+
+
+def test_stored_distances_come_back_to_the_last_bit(table):
+    executed = audit_table(table, n_sample=1)["executed"]
+    assert executed == {"identical": 4, "largest_difference_m": 0.0}
+
+
+def test_a_policy_that_was_tampered_with_is_noticed(table, tmp_path, searches):
+    searches(np.zeros)
+    text = table.read_text().splitlines()
+    values = text[1].split(",")
+    values[1] = str(float(values[1]) + 0.01)
+    other = tmp_path / "free.csv"
+    other.write_text("\n".join([text[0], ",".join(values), *text[2:]]) + "\n")
+    executed = audit_table(other, n_sample=1)["executed"]
+    assert executed["identical"] == 3
+    assert executed["largest_difference_m"] > 1e-6
+
+
+# Searched again
+
+
+def test_a_poor_table_is_found_out(table):
+    searched = audit_table(table, n_sample=2)["searched"]
+    assert searched["n_cheaper"] == 2
+    assert max(searched["change_of_cost"]) < -0.005
+
+
+@pytest.mark.parametrize(("cost", "n_cheaper"), [(0.0, 4), (1e9, 0)])
+def test_costs_are_compared_with_the_stored_ones(table, searches, cost, n_cheaper):
+    searches(lambda _: np.zeros(6), cost)
+    assert audit_table(table, n_sample=4)["searched"]["n_cheaper"] == n_cheaper
+
+
+def test_the_sample_is_drawn_with_the_seed(table, searches):
+    searches(lambda _: np.zeros(6))
+    samples = {
+        tuple(audit_table(table, n_sample=2, seed=seed)["searched"]["task_deg"])
+        for seed in range(1, 9)
+    }
+    assert len(samples) > 1
+
+
+# Jumps
+
+
+def test_a_jump_stays_a_jump(searches):
+    searches(lambda task: np.where(task < 40.3, 0.0, 9.0) * np.ones(6))
+    found = bisect(free, (40.0, 41.0), (np.zeros(6), 9 * np.ones(6)), seed=0)
+    assert found["is_jump"]
+    low, high = found["located_deg"]
+    assert low < 40.3 <= high
+    assert high - low == 1 / 8
+    assert found["step_sizes"] == pytest.approx([9 * 6**0.5] * 4)
+
+
+def test_a_steep_slope_is_no_jump(searches):
+    searches(lambda task: (task - 40) * 9 * np.ones(6))
+    found = bisect(free, (40.0, 41.0), (np.zeros(6), 9 * np.ones(6)), seed=0)
+    assert not found["is_jump"]
+    assert found["located_deg"] == [40.0, 41.0]
+
+
+def test_the_closed_circle_is_looked_at(searches):
+    searches(lambda task: (task % 360) * np.ones(6))
+    tasks = np.arange(0.0, 360.0, 10.0)
+    (found,) = bisect_jumps(free, tasks, tasks[:, None] * np.ones(6), seed=0)
+    assert found["between_deg"] == [350.0, 360.0]
+    assert found["is_jump"]
+
+
+# Read again
+
+
+def test_an_audit_is_summarised(table, searches):
+    searches(lambda _: np.zeros(6), 0.0)
+    audit = audit_table(table, n_sample=3)
+    summary = summarise(audit)["free.csv"]
+    assert summary["policies"] == 4
+    assert summary["searched again"] == 3
+    assert summary["cheaper by more than 0.5 %"] == 3
+    assert summary["largest gain (%)"] == 100
+    assert len(list_jumps(audit)) == summary["large steps, the cut's included"]
+
+
+def test_an_audit_of_another_table_is_refused(table, monkeypatch):
+    folder = table.parent
+    monkeypatch.setattr(msc.audit, "find_data", lambda: folder)
+    (folder / "results").mkdir(exist_ok=True)
+    file = folder / "results" / "audit_free.json"
+    file.write_text(json.dumps({"hash": checksum(table), "n_tasks": 4}))
+    assert load_audits("free")[0]["n_tasks"] == 4
+    file.write_text(json.dumps({"hash": "sha256:0"}))
+    with pytest.raises(ValueError, match=r"remake it: msc audit data/free\.csv"):
+        load_audits("free")
+
+
+# Bad input
+
+
+@pytest.mark.parametrize("n_sample", [0, 5])
+def test_a_sample_larger_than_the_table_is_refused(table, n_sample):
+    with pytest.raises(ValueError, match=f"sample={n_sample}; wanted from 1 to 4"):
+        audit_table(table, n_sample=n_sample)
+
+
+def test_the_seed_of_the_table_is_refused(table):
+    with pytest.raises(ValueError, match="seed=0 made this table"):
+        audit_table(table, seed=0, n_sample=1)
+
+
+def test_a_table_of_an_unknown_workspace_is_refused(table, tmp_path):
+    other = tmp_path / "elsewhere.csv"
+    other.write_bytes(table.read_bytes())
+    with pytest.raises(ValueError, match="workspace='elsewhere' is unknown"):
+        audit_table(other, n_sample=1)

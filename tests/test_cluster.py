@@ -1,0 +1,205 @@
+"""The search on a Dask cluster: scheduler and workers are processes on loopback."""
+
+import json
+import os
+import socket
+import subprocess
+import sys
+import time
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+import msc.dataset
+import msc.search
+from msc.cli import main
+from msc.journal import Journal
+
+SEARCH = ["search", "--workspace", "obstacles", "--tasks", "4", "--jobs", "1"]
+N_WORKERS = 3
+
+# What a worker loads before it starts: short searches, or no msc at all.
+SHORT = "import msc.search\nmsc.search.MAX_EVALUATIONS = 45\n"
+WITHOUT = """
+import sys
+
+class Missing:
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] == "msc":
+            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+
+sys.meta_path.insert(0, Missing())
+"""
+
+
+@pytest.fixture(scope="module", autouse=True)
+def short():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(msc.search, "MAX_EVALUATIONS", 45)
+        patch.setattr(msc.dataset, "MAX_SWEEPS", 2)
+        yield
+
+
+@pytest.fixture(autouse=True)
+def here(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+@contextmanager
+def process(folder, program, *arguments):
+    """Run a program of Dask's in the background, its messages in a file."""
+    package = str(Path(msc.search.__file__).parents[1])
+    environment = {"PYTHONPATH": package, "OMP_NUM_THREADS": "1"}
+    with (folder / f"{program}.log").open("a") as log:
+        running = subprocess.Popen(
+            [sys.executable, "-m", f"distributed.cli.{program}", *arguments],
+            cwd=folder,
+            env={**os.environ, **environment},
+            stdout=log,
+            stderr=log,
+        )
+    try:
+        yield running
+    finally:
+        running.kill()
+        running.wait()
+
+
+@contextmanager
+def scheduler(folder):
+    """Start a scheduler at a free port and return its address."""
+    pytest.importorskip("distributed", reason="needs the extra msc[cluster]")
+    file = folder / "scheduler.json"
+    options = ["--host", "127.0.0.1", "--port", "0", "--scheduler-file", str(file)]
+    options += ["--dashboard-address", "127.0.0.1:0", "--no-dashboard", "--no-jupyter"]
+    with process(folder, "dask_scheduler", *options) as running:
+        while not (file.is_file() and file.read_text().endswith("}")):
+            assert running.poll() is None, (folder / "dask_scheduler.log").read_text()
+            time.sleep(0.05)
+        yield json.loads(file.read_text())["address"]
+
+
+def worker(folder, address, preload):
+    """Start a worker of one thread."""
+    file = folder / "preload.py"
+    file.write_text(preload)
+    options = ["--host", "127.0.0.1", "--nthreads", "1", "--no-nanny", "--no-dashboard"]
+    options += ["--preload", str(file), "--local-directory", str(folder)]
+    options += ["--death-timeout", "60"]
+    return process(folder, "dask_worker", address, *options)
+
+
+def wait_for_workers(address, n_workers):
+    from distributed import Client  # noqa: PLC0415
+
+    with Client(address) as client:
+        client.wait_for_workers(n_workers, timeout=120)
+
+
+@pytest.fixture(scope="module")
+def cluster(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("cluster")
+    with scheduler(folder) as address:
+        workers = [worker(folder, address, SHORT) for _ in range(N_WORKERS)]
+        with workers[0] as first, workers[1], workers[2]:
+            wait_for_workers(address, N_WORKERS)
+            yield address, first
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("serial")
+    assert main([*SEARCH, "--out", str(folder / "table.csv")]) == 0
+    return contents(folder)
+
+
+def contents(folder):
+    return {file.name: file.read_bytes() for file in folder.iterdir()}
+
+
+# The same bytes
+
+
+def test_a_cluster_finds_what_one_process_finds(cluster, whole, here, monkeypatch):
+    address, _ = cluster
+    monkeypatch.setattr(msc.search, "MAX_EVALUATIONS", 0)  # nothing is searched here
+    assert main([*SEARCH, "--dask", address, "--out", "new/table.csv"]) == 0
+    assert contents(here / "new") == whole
+
+
+def test_a_killed_worker_s_tasks_are_done_by_others(cluster, whole, here, monkeypatch):
+    address, first = cluster
+    append, n_done = Journal.append, []
+
+    def append_and_kill(*entry):
+        append(*entry)
+        first.kill()
+        n_done.append(entry)
+
+    assert first.poll() is None
+    monkeypatch.setattr(Journal, "append", append_and_kill)
+    assert main([*SEARCH, "--dask", address, "--out", "new/table.csv"]) == 0
+    assert first.wait() == -9
+    assert contents(here / "new") == whole
+    assert len(n_done) == len({entry[1:3] for entry in n_done})
+
+
+def test_a_worker_with_several_threads_finds_the_same(whole, here):
+    distributed = pytest.importorskip("distributed")
+    with distributed.LocalCluster(
+        n_workers=1,
+        threads_per_worker=4,
+        processes=False,
+        dashboard_address=None,
+        local_directory=here / "local",
+    ) as threads:
+        address = threads.scheduler_address
+        assert main([*SEARCH, "--dask", address, "--out", "new/table.csv"]) == 0
+    assert contents(here / "new") == whole
+
+
+# Bad input
+
+
+def complaint(address, capfd):
+    """Return what `msc search --dask` says when it fails, and how long it takes."""
+    capfd.readouterr()
+    begun = time.monotonic()
+    assert main([*SEARCH, "--dask", address, "--out", "table.csv"]) == 2
+    _, err = capfd.readouterr()
+    (line,) = [one for one in err.splitlines() if one.startswith("msc: error: ")]
+    assert err.endswith(f"{line}\n")
+    assert not list(Path().iterdir())
+    return line, time.monotonic() - begun
+
+
+def test_where_no_scheduler_listens_the_address_is_named_soon(capfd):
+    pytest.importorskip("distributed")
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))  # and does not listen
+        address = f"tcp://127.0.0.1:{free.getsockname()[1]}"
+        line, seconds = complaint(address, capfd)
+    assert f"trying to connect to {address}" in line
+    assert seconds < 20
+
+
+def test_what_is_no_address_is_named(capfd):
+    pytest.importorskip("distributed")
+    assert "'nonsense'" in complaint("nonsense", capfd)[0]
+
+
+def test_workers_that_are_missing_or_lack_msc_are_told_of(tmp_path_factory, capfd):
+    folder = tmp_path_factory.mktemp("cluster")
+    with scheduler(folder) as address:
+        assert f"{address} has no workers" in complaint(address, capfd)[0]
+        with worker(folder, address, WITHOUT):
+            wait_for_workers(address, 1)
+            assert "No module named 'msc" in complaint(address, capfd)[0]
+
+
+def test_without_the_extra_it_is_asked_for(monkeypatch, capfd):
+    monkeypatch.setitem(sys.modules, "distributed", None)
+    line, _ = complaint("tcp://127.0.0.1:1", capfd)
+    assert line.endswith("wanted the extra, pip install 'msc[cluster]'")

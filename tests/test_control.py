@@ -1,0 +1,105 @@
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from msc.bullet import World
+from msc.control import TIME_STEP, Controller, Pursuit
+from msc.dynamics import coupled_inertias, joint_torques
+from msc.workspace import Workspace
+
+free = Workspace.free()
+inertias = coupled_inertias(free.link_lengths, free.link_masses)
+unbounded = Controller(windup=np.inf, torque_limit=(np.inf, np.inf, np.inf))
+home = np.array(free.home)
+
+
+@pytest.fixture
+def world():
+    world = World(free, unbounded, 1)
+    yield world
+    world.close()
+
+
+# How errors die out
+
+
+@pytest.mark.parametrize("bandwidth", [4.0, 8.0, 15.0])
+def test_an_error_dies_out_as_a_triple_pole_says(bandwidth, world):
+    # (d/dt + w)³ y = 0 for y = ∫e, from y = 0, ẏ = e₀, ÿ = 0
+    world.controller = replace(unbounded, bandwidth=bandwidth)
+    first = np.array([0.03, -0.02, 0.04])
+    plan = np.tile(home + first, (1, 241, 1))
+    joints, _ = world.track(plan)
+    time = bandwidth * TIME_STEP * np.arange(241)[:, None]
+    wanted = (1 + time - time**2) * np.exp(-time)
+    late = 0.7 * bandwidth * TIME_STEP  # commands are held for a time step
+    found = (plan - joints)[0] / first
+    np.testing.assert_allclose(found, np.tile(wanted, 3), atol=late)
+
+
+def test_without_an_error_the_torques_are_those_of_the_plan():
+    time = TIME_STEP * np.arange(61)[:, None]
+    plan = (home + np.array([1.0, -2.0, 1.5]) * time**2)[..., None]
+    pursuit = Pursuit(Controller(torque_limit=unbounded.torque_limit), plan, inertias)
+    for step in range(2, 59):
+        speed = np.array([2.0, -4.0, 3.0])[:, None] * time[step]
+        motion = plan[step], speed, np.array([[2.0], [-4.0], [3.0]])
+        torque = pursuit.torques(step, np.array(motion[:2]))
+        np.testing.assert_allclose(torque, joint_torques(motion, inertias), rtol=1e-6)
+
+
+# Limits
+
+
+numbers = st.floats(-1e3, 1e3)
+states = st.tuples(*[st.tuples(*[numbers] * 3)] * 2)
+
+
+@settings(deadline=None)
+@given(states, st.floats(0, 100), st.tuples(*[st.floats(0.1, 50)] * 3))
+def test_no_torque_exceeds_its_limit(state, bandwidth, limit):
+    controller = Controller(bandwidth, torque_limit=limit)
+    pursuit = Pursuit(controller, np.tile(home[:, None], (9, 1, 1)), inertias)
+    for step in range(8):
+        torque = pursuit.torques(step, np.array(state)[..., None])
+        assert (abs(torque[:, 0]) <= limit).all()
+
+
+@pytest.mark.parametrize("sign", [1, -1])
+def test_an_arm_that_is_held_up_pushes_no_harder_than_the_windup_allows(sign):
+    controller = Controller(torque_limit=unbounded.torque_limit)
+    plan = np.tile((home + sign)[:, None], (121, 1, 1))
+    pursuit = Pursuit(controller, plan, inertias)
+    held = np.array([home, np.zeros(3)])[..., None]
+    pushes = np.array([pursuit.torques(step, held)[:, 0] for step in range(120)])
+    rate = controller.bandwidth
+    pull = sign * (3 * rate**2 + controller.windup * rate**3)
+    wanted = joint_torques([home, np.zeros(3), np.full(3, pull)], inertias)
+    np.testing.assert_allclose(pushes[1:], np.tile(wanted, (119, 1)))
+
+
+def test_a_wound_up_integral_is_left_at_once():
+    plan = np.tile((home + 1)[:, None], (121, 1, 1))
+    held, beyond, there = np.zeros((3, 2, 3, 1))
+    held[0, :, 0], beyond[0, :, 0], there[0, :, 0] = home, home + 3, home + 1
+    pursuit = Pursuit(Controller(), plan, inertias)
+    for step in range(120):
+        pursuit.torques(step, held)
+    pursuit.torques(120, beyond)
+    fresh = Pursuit(Controller(), plan, inertias)
+    fresh.torques(0, beyond)
+    assert (pursuit.torques(120, there) == fresh.torques(1, there)).all()
+    assert fresh.torques(1, there).any()
+
+
+def test_each_arm_has_an_integral_of_its_own():
+    plan = np.tile(home[:, None], (9, 1, 2))
+    pursuit = Pursuit(unbounded, plan, inertias)
+    state = np.array([home, np.zeros(3)])[..., None] + [[[0.1, 0]] * 3, [[0, 0]] * 3]
+    for step in range(8):
+        torque = pursuit.torques(step, state)
+    assert abs(torque[:, 0]).min() > 0
+    np.testing.assert_allclose(torque[:, 1], 0, atol=1e-9)

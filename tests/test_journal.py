@@ -1,0 +1,244 @@
+import json
+import resource
+import shutil
+import subprocess
+import sys
+from contextlib import contextmanager
+from dataclasses import astuple, replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import msc.journal
+from msc.dataset import Plan, grid
+from msc.journal import Journal
+from msc.search import SearchResult, Start
+from msc.workspace import Workspace
+
+plan = Plan(Workspace.free(), grid(4), seed=0, n_starts=1)
+
+# Holds a journal, and so does a child that outlives it if it inherits the lock.
+HOLDER = """
+import subprocess, sys, time
+from pathlib import Path
+from msc.journal import Journal
+
+with Journal(Path(sys.argv[1]), "plan"):
+    child = subprocess.Popen(["sleep", "20"])
+    print(child.pid, flush=True)
+    time.sleep(20)
+"""
+
+
+@pytest.fixture
+def path(tmp_path):
+    return tmp_path / "new" / "journal"
+
+
+def result(seed=0):
+    rng = np.random.default_rng(seed)
+    starts = tuple(
+        Start(f"start {k}", rng.normal(size=6), float(rng.normal()), 9 * k, k - 1)
+        for k in range(2)
+    )
+    return SearchResult(starts[0].policy, *rng.normal(size=4).tolist(), starts)
+
+
+def bits(result):
+    *numbers, starts = astuple(result)
+    return [np.asarray(value).tobytes() for value in numbers], repr(starts)
+
+
+def write(path, n_results=2, plan=plan):
+    with Journal(path, plan) as journal:
+        for k in range(n_results):
+            journal.append("level 0", k, result(k))
+
+
+def read(path, plan=plan):
+    with Journal(path, plan) as journal:
+        return dict(journal.results)
+
+
+# There and back
+
+
+def test_results_come_back_bit_for_bit(path):
+    write(path, 3)
+    found = read(path)
+    assert list(found) == [("level 0", k) for k in range(3)]
+    for k in range(3):
+        assert bits(found["level 0", k]) == bits(result(k))
+
+
+def test_what_was_appended_is_on_disk_at_once(path):
+    with Journal(path, plan) as journal:
+        for k in range(3):
+            journal.append("level 0", k, result(k))
+            assert path.read_bytes().count(b"\n") == k + 2
+
+
+def test_what_is_there_stays_as_it_is(path):
+    write(path)
+    before = path.read_bytes()
+    read(path)
+    assert path.read_bytes() == before
+    with Journal(path, plan) as journal:
+        journal.append("level 1", 0, result())
+    assert path.read_bytes().startswith(before)
+    assert len(read(path)) == 3
+
+
+def test_without_a_file_nothing_is_kept_on_disk(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    with Journal(None, plan) as journal:
+        journal.append("level 0", 0, result())
+        assert bits(journal.results["level 0", 0]) == bits(result())
+    assert not list(tmp_path.iterdir())
+
+
+def test_each_line_is_json(path):
+    with Journal(path, plan) as journal:
+        journal.append("level 0, sweep 1", 3, result())
+    header, entry = map(json.loads, path.read_text().splitlines())
+    assert list(header) == ["plan"]
+    assert (entry["phase"], entry["k"]) == ("level 0, sweep 1", 3)
+    assert entry["result"]["policy"] == result().policy.tolist()
+
+
+# Torn lines
+
+
+@pytest.mark.parametrize("end", [-1, -60, 20])
+def test_a_torn_line_is_dropped(end, path):
+    write(path)
+    last = path.read_bytes().splitlines(keepends=True)[-1]
+    whole = path.read_bytes().removesuffix(last)
+    path.write_bytes(whole + last[:end])
+    assert list(read(path)) == [("level 0", 0)]
+    assert path.read_bytes() == whole
+    with Journal(path, plan) as journal:
+        journal.append("level 0", 1, result(1))
+    assert path.read_bytes() == whole + last
+
+
+def test_what_follows_a_torn_line_is_dropped_with_it(path):
+    write(path, 3)
+    lines = path.read_bytes().splitlines(keepends=True)
+    path.write_bytes(b"".join([*lines[:2], b"\0" * 512 + lines[2][512:], lines[3]]))
+    assert list(read(path)) == [("level 0", 0)]
+    assert path.read_bytes() == b"".join(lines[:2])
+
+
+@pytest.mark.parametrize("end", [0, 20, -1])
+def test_a_torn_first_line_is_begun_anew(end, path):
+    write(path, 0)
+    header = path.read_bytes()
+    path.write_bytes(header[:end])
+    assert not read(path)
+    assert path.read_bytes() == header
+
+
+# Other searches
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        replace(plan, seed=1),
+        replace(plan, n_starts=2),
+        replace(plan, tasks_deg=grid(5)),
+        replace(plan, workspace=Workspace(cut_deg=70.0)),
+        replace(plan, guide=((0.0, (0.0,) * 6),)),
+    ],
+)
+def test_another_plan_is_begun_anew(other, path):
+    write(path)
+    assert not read(path, other)
+    assert not read(path)
+
+
+@pytest.mark.parametrize("name", msc.journal._CODE)
+def test_other_code_is_begun_anew(name, path, tmp_path, monkeypatch):
+    package = tmp_path / "msc"
+    write(path)
+    shutil.copytree(Path(msc.journal.__file__).parent, package)
+    monkeypatch.setattr(msc.journal, "__file__", str(package / "journal.py"))
+    assert read(path)
+    with (package / f"{name}.py").open("a") as file:
+        file.write("# changed\n")
+    assert not read(path)
+
+
+# One at a time
+
+
+@pytest.mark.parametrize("other", [plan, replace(plan, seed=1)])
+def test_a_second_holder_is_refused_and_changes_nothing(other, path):
+    write(path)
+    with Journal(path, plan) as journal:
+        before = path.read_bytes()
+        with pytest.raises(ValueError, match=r"journal is in use by another search; "):
+            Journal(path, other)
+        assert path.read_bytes() == before
+        journal.append("level 1", 0, result())
+    assert len(read(path)) == 3
+
+
+def test_a_killed_holder_holds_nothing_even_if_a_child_lives_on(path):
+    holder = subprocess.Popen(
+        [sys.executable, "-c", HOLDER, str(path)],
+        stdout=subprocess.PIPE,
+        start_new_session=True,
+    )
+    with holder:
+        child = Path("/proc", holder.stdout.readline().decode().strip())
+        with pytest.raises(ValueError, match="in use by another search"):
+            Journal(path, "plan")
+        holder.kill()
+        holder.wait()
+        assert child.is_dir()
+        assert not read(path, "plan")
+        subprocess.run(["kill", child.name], check=True)
+
+
+# Failing disks
+
+
+@contextmanager
+def disk_of(n_bytes):
+    """Let no file grow longer, as a full disk would; Linux says "File too large"."""
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (n_bytes, hard))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+
+
+def test_on_a_full_disk_what_is_kept_stays_and_the_file_is_named(path):
+    write(path)
+    whole = path.read_bytes()
+    with (
+        disk_of(len(whole) + 100),
+        pytest.raises(OSError, match=r"File too large: '.*/new/journal'"),
+        Journal(path, plan) as journal,
+    ):
+        journal.append("level 0", 2, result(2))
+    assert path.read_bytes()[: len(whole)] == whole
+    assert len(path.read_bytes()) == len(whole) + 100
+    assert list(read(path)) == [("level 0", 0), ("level 0", 1)]
+    assert path.read_bytes() == whole
+
+
+def test_a_folder_that_cannot_be_made_is_named(tmp_path):
+    (tmp_path / "file").touch()
+    with pytest.raises(OSError, match=r"'.*/file'"):
+        Journal(tmp_path / "file" / "journal", plan)
+
+
+def test_a_journal_that_is_a_folder_is_named(path):
+    path.mkdir(parents=True)
+    with pytest.raises(IsADirectoryError, match=r"'.*/new/journal'"):
+        Journal(path, plan)
