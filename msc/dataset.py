@@ -11,25 +11,26 @@ done first.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+import threading
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
-from joblib import Parallel, delayed, parallel_config
 from numpy.typing import ArrayLike, NDArray
 from tqdm import tqdm
 
 from msc.journal import Journal
 from msc.search import ENERGY_WEIGHT, ERROR_WEIGHT, SearchResult, search_policy
 from msc.tables import WEIGHTS
+from msc.workers import Run, open_workers
 from msc.workspace import Workspace
 
 COARSE_DEG = 5.0  # between tasks that are searched without a neighbour's policy
 MAX_SWEEPS = 24  # of each pass; it has always come to rest earlier
+_TURN = threading.Lock()  # a process has one arm, even if a Dask worker has threads
 _NEIGHBOURS = ("task before", "task after")  # the policies given to a search
 
 
@@ -169,15 +170,17 @@ def search_tasks(
     stride = 1 if plan.guide else max(1, round(COARSE_DEG * n_tasks / 360))
     levels = [range(0, n_tasks, step) for step in sorted({stride, 1}, reverse=True)]
     results: dict[int, SearchResult] = {}
-    with Journal(journal, plan) as done, _workers(jobs, dask):
+    with open_workers(jobs, dask) as run, Journal(journal, plan) as done:
         for level, ring in enumerate(levels):
             new = [k for k in ring if k not in results]
             known: list[tuple[float, ArrayLike]] = list(plan.guide)
             known += [(tasks[k], result.policy) for k, result in results.items()]
             work: _Work = {k: (_on_either_side(known, tasks[k]), None) for k in new}
             phase = f"level {level}"
-            results |= _batch(plan, work, done, phase, progress=progress)
-            _make_consistent(plan, ring, results, done, level=phase, progress=progress)
+            results |= _batch(plan, work, run, done, phase, progress=progress)
+            _make_consistent(
+                plan, ring, results, run, done, level=phase, progress=progress
+            )
     return pd.DataFrame([_row(plan.seed, tasks[k], results[k]) for k in range(n_tasks)])
 
 
@@ -185,6 +188,7 @@ def _make_consistent(
     plan: Plan,
     ring: Sequence[int],
     results: dict[int, SearchResult],
+    run: Run,
     done: Journal,
     *,
     level: str,
@@ -204,7 +208,8 @@ def _make_consistent(
             )
             for place in turn
         }
-        better = _batch(plan, work, done, f"{level}, sweep {sweep}", progress=progress)
+        phase = f"{level}, sweep {sweep}"
+        better = _batch(plan, work, run, done, phase, progress=progress)
         stale -= set(turn)
         for place in turn:
             k = ring[place]
@@ -219,18 +224,19 @@ _Work = dict[int, tuple[Sequence[NDArray[np.float64]], SearchResult | None]]
 
 
 def _batch(
-    plan: Plan, work: _Work, done: Journal, phase: str, *, progress: bool
+    plan: Plan,
+    work: _Work,
+    run: Run,
+    done: Journal,
+    phase: str,
+    *,
+    progress: bool,
 ) -> dict[int, SearchResult]:
     """Search the tasks of one phase, those that the journal knows excepted."""
     known = {k: done.results[phase, k] for k in work if (phase, k) in done.results}
-    calls = (
-        delayed(_search)(plan, k, *arguments)
-        for k, arguments in work.items()
-        if k not in known
-    )
-    found = Parallel(return_as="generator_unordered")(calls)
+    calls = [(plan, k, *given) for k, given in work.items() if k not in known]
     bar = tqdm(
-        found,
+        run(_search, calls),
         desc=phase,
         initial=len(known),
         total=len(work),
@@ -250,20 +256,21 @@ def _search(
     incumbent: SearchResult | None,
 ) -> tuple[int, SearchResult]:
     """Search one task, in a worker."""
-    workspace, task, seed = plan.workspace, plan.tasks_deg[k], plan.seed
-    result = search_policy(
-        workspace,
-        task,
-        seed=seed,
-        n_starts=0 if incumbent else 1 if start_policies else plan.n_starts,
-        start_policies=start_policies,
-        incumbent=incumbent,
-    )
-    if not incumbent and start_policies and result.n_agreeing < len(result.starts):
+    with _TURN:
+        workspace, task, seed = plan.workspace, plan.tasks_deg[k], plan.seed
         result = search_policy(
-            workspace, task, seed=seed, n_starts=plan.n_starts - 1, incumbent=result
+            workspace,
+            task,
+            seed=seed,
+            n_starts=0 if incumbent else 1 if start_policies else plan.n_starts,
+            start_policies=start_policies,
+            incumbent=incumbent,
         )
-    return k, result
+        if not incumbent and start_policies and result.n_agreeing < len(result.starts):
+            result = search_policy(
+                workspace, task, seed=seed, n_starts=plan.n_starts - 1, incumbent=result
+            )
+        return k, result
 
 
 def _differ(one: SearchResult, other: SearchResult) -> bool:
@@ -281,21 +288,6 @@ def _on_either_side(
     before = min(known, key=lambda other: (task - other[0]) % 360)
     after = min(known, key=lambda other: (other[0] - task) % 360)
     return np.asarray(before[1]), np.asarray(after[1])
-
-
-@contextmanager
-def _workers(jobs: int, dask: str | None) -> Iterator[None]:
-    """Let joblib use processes here, or those of a Dask cluster."""
-    if dask is None:
-        with parallel_config("loky", n_jobs=jobs, inner_max_num_threads=1):
-            yield
-        return
-    try:
-        from distributed import Client  # noqa: PLC0415
-    except ImportError:
-        raise ValueError("dask: wanted the extra, pip install 'msc[cluster]'") from None
-    with Client(dask) as client, parallel_config("dask", client=client):
-        yield
 
 
 def _row(seed: int, task: float, result: SearchResult) -> dict[str, Any]:

@@ -139,9 +139,20 @@ def _result(entry: dict[str, Any]) -> SearchResult:
     return SearchResult(**fields)
 
 
-def _fingerprint(plan: object) -> str:
-    """Identify a plan together with the code that carries it out."""
-    digest = hashlib.sha256(repr(plan).encode())
+def identify_code() -> str:
+    """Identify the code that a search runs.
+
+    Returns
+    -------
+    str
+        A digest of the modules that its outcome depends on.
+    """
+    digest = hashlib.sha256()
     for name in _CODE:
         digest.update(Path(__file__).with_name(f"{name}.py").read_bytes())
     return digest.hexdigest()
+
+
+def _fingerprint(plan: object) -> str:
+    """Identify a plan together with the code that carries it out."""
+    return hashlib.sha256(f"{plan!r} {identify_code()}".encode()).hexdigest()

@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from msc.arm import N_MOVING, N_STEPS, Arm, Rollout
-from msc.bullet import World, load_pybullet
+from msc.bullet import load_pybullet
 from msc.control import TIME_STEP, Controller
 from msc.dynamics import coupled_inertias, joint_torques
 from msc.workspace import LINK_RADIUS, Circle, Workspace, chain, random_circles

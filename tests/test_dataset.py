@@ -1,7 +1,9 @@
 import os
+import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
@@ -322,7 +324,19 @@ def test_a_torn_journal_ends_alike(whole, short, tmp_path):
         assert sorted(journal.read_bytes().splitlines()) == sorted(content.splitlines())
 
 
-def test_a_search_killed_at_any_moment_goes_on_to_the_same_bytes(tmp_path, monkeypatch):
+@pytest.fixture
+def groups():
+    """Collect process groups, whose last members are killed at the end."""
+    groups = []
+    yield groups
+    for group in groups:
+        with suppress(ProcessLookupError):
+            os.killpg(group, signal.SIGKILL)
+
+
+def test_a_search_killed_at_any_moment_goes_on_to_the_same_bytes(
+    groups, tmp_path, monkeypatch
+):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(msc.search, "MAX_EVALUATIONS", 45)
     monkeypatch.setattr(msc.dataset, "MAX_SWEEPS", 2)
@@ -345,7 +359,9 @@ def test_a_search_killed_at_any_moment_goes_on_to_the_same_bytes(tmp_path, monke
             env={**os.environ, "PYTHONPATH": os.pathsep.join(["", *sys.path])},
             stderr=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
+            start_new_session=True,
         )
+        groups.append(process.pid)  # its workers may outlive it, and do no harm
         while process.poll() is None:
             if journal.is_file() and journal.read_bytes().count(b"\n") > moment:
                 time.sleep(rng.uniform(0, 0.05))

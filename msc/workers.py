@@ -1,0 +1,90 @@
+"""Who does the work: processes on this machine, or a Dask cluster."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+from joblib import Parallel, delayed, parallel_config
+
+from msc.journal import identify_code
+
+Run = Callable[[Callable[..., Any], Iterable[tuple[Any, ...]]], Iterable[Any]]
+
+
+@contextmanager
+def open_workers(jobs: int = 1, dask: str | None = None) -> Iterator[Run]:
+    """Give what calls a function many times, in parallel.
+
+    Parameters
+    ----------
+    jobs : int, default=1
+        Worker processes on this machine.
+    dask : str, optional
+        Address of a Dask scheduler, ``"tcp://host:port"``, whose workers are used
+        instead. A task whose worker dies is given to another.
+
+    Yields
+    ------
+    callable
+        Takes a function and tuples of arguments; gives results as they come.
+
+    Raises
+    ------
+    ValueError
+        If `dask` is not installed, nothing answers at the address within ten seconds,
+        there are no workers, or they have another `msc` than is here.
+
+    Notes
+    -----
+    Dask's own futures, not joblib's backend for it: that one waits forever where Dask
+    gives up.
+
+    Examples
+    --------
+    >>> with open_workers() as run:
+    ...     list(run(pow, [(2, 3), (3, 2)]))
+    [8, 9]
+    """
+    if dask is not None:
+        with _connect(dask) as run:
+            yield run
+        return
+    with parallel_config("loky", n_jobs=jobs, inner_max_num_threads=1):
+        yield lambda function, calls: Parallel(return_as="generator_unordered")(
+            delayed(function)(*call) for call in calls
+        )
+
+
+@contextmanager
+def _connect(address: str) -> Iterator[Run]:
+    """Use the workers of a Dask scheduler."""
+    try:
+        from distributed import Client, KilledWorker, as_completed  # noqa: PLC0415
+    except ImportError:
+        raise ValueError("dask: wanted the extra, pip install 'msc[cluster]'") from None
+    with Client(address, timeout=10) as client:
+        try:
+            code = client.run(identify_code)
+        except Exception as error:  # whatever a worker without msc makes of it
+            raise ValueError(f"dask: a worker of {address} fails: {error}") from None
+        if not code:
+            raise ValueError(
+                f"dask: {address} has no workers; start some, dask worker {address}"
+            )
+        other = [worker for worker, found in code.items() if found != identify_code()]
+        if other:
+            raise ValueError(f"dask: other code than here on {', '.join(other)}")
+
+        def run(
+            function: Callable[..., Any], calls: Iterable[tuple[Any, ...]]
+        ) -> Iterator[Any]:
+            futures = [client.submit(function, *call, pure=False) for call in calls]
+            for future in as_completed(futures):
+                try:
+                    yield future.result()
+                except KilledWorker as error:
+                    raise ValueError(f"dask: {error}") from None
+
+        yield run
