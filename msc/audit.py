@@ -3,19 +3,19 @@
 from __future__ import annotations
 
 import json
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
-from joblib import Parallel, delayed
 from numpy.typing import ArrayLike
-from tqdm import tqdm
 
 from msc.arm import Arm
 from msc.bisection import bisect_jumps
 from msc.search import search_policy
 from msc.tables import checksum, find_data, load_dataset
+from msc.workers import call_in_order
 from msc.workspace import Workspace
 
 N_STARTS = 4  # of a search done again, none of them from a known policy
@@ -148,16 +148,13 @@ def search_again(
         tasks turned out more than 0.5 % cheaper.
     """
     tasks = table["task_deg"].to_list()
-    calls = (
-        delayed(search_policy)(workspace, task, seed=seed, n_starts=N_STARTS)
-        for task in tasks
-    )
-    found = tqdm(
-        Parallel(n_jobs=jobs, return_as="generator")(calls),
-        desc="searched again",
-        total=len(tasks),
-        unit="task",
-        disable=not progress,
+    again = partial(search_policy, seed=seed, n_starts=N_STARTS)
+    found = call_in_order(
+        again,
+        [(workspace, task) for task in tasks],
+        jobs=jobs,
+        label="searched again",
+        progress=progress,
     )
     changes = [
         result.cost / stored - 1

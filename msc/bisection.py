@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
-from joblib import Parallel, delayed
 from numpy.typing import ArrayLike, NDArray
-from tqdm import tqdm
 
 from msc.jumps import find_jumps
 from msc.search import search_policy
+from msc.workers import call_in_order
 from msc.workspace import Workspace
 
 FINEST_DEG = 1 / 8  # to which a jump is bisected
@@ -52,23 +52,21 @@ def bisect_jumps(
     known = np.asarray(policies, dtype=float)
     steps = find_jumps(tasks, known, closed=True)
     after = np.append(tasks[1:], tasks[0] + 360)
-    calls = (
-        delayed(bisect)(
+    calls = [
+        (
             workspace,
             (float(tasks[k]), float(after[k])),
             (known[k], known[(k + 1) % len(known)]),
-            seed=seed,
         )
         for k in steps
+    ]
+    return call_in_order(
+        partial(bisect, seed=seed),
+        calls,
+        jobs=jobs,
+        label="jumps bisected",
+        progress=progress,
     )
-    found = tqdm(
-        Parallel(n_jobs=jobs, return_as="generator")(calls),
-        desc="jumps bisected",
-        total=len(steps),
-        unit="step",
-        disable=not progress,
-    )
-    return sorted(found, key=lambda jump: jump["between_deg"][0])
 
 
 def bisect(

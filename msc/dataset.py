@@ -23,7 +23,13 @@ from numpy.typing import ArrayLike, NDArray
 from tqdm import tqdm
 
 from msc.journal import Journal
-from msc.search import ENERGY_WEIGHT, ERROR_WEIGHT, SearchResult, search_policy
+from msc.search import (
+    ENERGY_WEIGHT,
+    ERROR_WEIGHT,
+    NEAR,
+    SearchResult,
+    search_policy,
+)
 from msc.tables import WEIGHTS
 from msc.workers import Run, open_workers
 from msc.workspace import Workspace
@@ -246,7 +252,7 @@ def _batch(
     for k, result in bar:
         done.append(phase, k, result)
         known[k] = result
-    return dict(sorted(known.items()))
+    return known
 
 
 def _search(
@@ -276,7 +282,7 @@ def _search(
 def _differ(one: SearchResult, other: SearchResult) -> bool:
     """Whether two results are different behaviours, not one a little further on."""
     apart = np.linalg.norm(one.policy - other.policy)
-    return bool(apart > 0.05 * np.linalg.norm(other.policy))
+    return bool(apart > NEAR * np.linalg.norm(other.policy))
 
 
 def _on_either_side(
