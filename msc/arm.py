@@ -7,7 +7,6 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.interpolate import CubicSpline
 
 from msc.bullet import World
 from msc.control import TIME_STEP, Controller
@@ -15,9 +14,8 @@ from msc.dmp import DMP, check_policies
 from msc.kinematics import follow_path
 from msc.workspace import Workspace, chain
 
-N_MOVING, N_SETTLING = 120, 12  # steps: one second of movement, a tenth to settle
+N_MOVING, N_SETTLING = 60, 6  # steps: one second of movement, a tenth to settle
 N_STEPS = N_MOVING + N_SETTLING
-PLAN_EVERY = 2  # steps; inverse kinematics at 60 Hz, cubic splines between
 
 
 @dataclass(frozen=True)
@@ -72,7 +70,7 @@ class Arm:
     >>> with Arm(Workspace.free()) as arm:
     ...     rollout = arm.execute(np.zeros(6), task_deg=120)
     >>> rollout.joints.shape, rollout.touched
-    ((133, 3), False)
+    ((67, 3), False)
     """
 
     def __init__(
@@ -87,11 +85,6 @@ class Arm:
         self.dmp = dmp or DMP()
         self.n_parallel = n_parallel
         self._world = World(workspace, controller or Controller(), n_parallel)
-        knots = np.arange(0, N_MOVING + 1, PLAN_EVERY)
-        spline = CubicSpline(knots, np.eye(len(knots)))
-        moving = np.arange(N_STEPS + 1).clip(max=N_MOVING)
-        self._knot_times = knots * TIME_STEP
-        self._interpolation = spline(moving)  # (n_steps + 1, n_knots)
 
     @property
     def client_id(self) -> int:
@@ -192,6 +185,8 @@ class Arm:
         """
         world = self.workspace
         start = chain(world.home, world.link_lengths)[-1]
-        path = self.dmp.path(policies, start, targets, self._knot_times)
-        joints = follow_path(path, world.home, world.link_lengths)
-        return np.asarray(self._interpolation @ joints)
+        times = TIME_STEP * np.arange(N_MOVING + 1)
+        path = self.dmp.path(policies, start, targets, times)
+        moving = follow_path(path, world.home, world.link_lengths)
+        held = moving[:, -1:].repeat(N_SETTLING, axis=1)
+        return np.concatenate([moving, held], axis=1)

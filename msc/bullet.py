@@ -1,10 +1,10 @@
 """PyBullet: copies of the arm in one physics world, driven by PID torques.
 
-The only module that imports PyBullet. One world carries `n_arms` copies of the arm on
-the same spot: they start from the same pose, meet the same obstacles, pass through one
-another, and are controlled and stepped together. This is what makes a rollout cost
-little more than its physics. Each copy is a body, and so a solver island, of its own: a
-test holds it to do, bit for bit, what it would do alone.
+The only module that imports PyBullet. One world carries `n_arms` copies of the arm and
+of its obstacles, one above the other on storeys a metre high: they are controlled and stepped
+together, and never near enough for the engine to look for contacts between them. This
+is what makes a rollout cost little more than its physics. Each copy is a body, and so a
+solver island, of its own: a test holds it to do, bit for bit, what it would do alone.
 """
 
 from __future__ import annotations
@@ -25,10 +25,11 @@ from msc.control import TIME_STEP, Controller, Pursuit
 from msc.dynamics import coupled_inertias, rod_inertia
 from msc.workspace import LINK_RADIUS, Workspace
 
-SUBSTEPS = 2  # of the physics in a time step of the controller: 240 Hz
+SUBSTEPS = 4  # of the physics in a time step of the controller: 240 Hz
 
 _JOINTS = [0, 1, 2]
 _ARM_FILTER, _OBSTACLE_FILTER = (2, 1), (1, 2)  # group, mask: arms meet obstacles only
+_GROUND = 768  # m; from here to 1024 m, doubles are evenly spaced: storeys round alike
 
 
 class World:
@@ -57,7 +58,11 @@ class World:
         self.client_id: int = self._bullet.connect(self._bullet.DIRECT)
         self._inertias = coupled_inertias(workspace.link_lengths, workspace.link_masses)
         self._bodies = self._load_arms()
-        self._obstacles = [self._load_obstacle(*c) for c in workspace.circles]
+        self._obstacles = [
+            self._load_obstacle(*circle, height=_GROUND + number)
+            for number in range(n_arms)
+            for circle in workspace.circles
+        ]
 
     def close(self) -> None:
         """Free the world."""
@@ -147,11 +152,12 @@ class World:
             bodies: list[int] = [
                 bullet.loadURDF(
                     str(file),
+                    basePosition=[0.0, 0.0, _GROUND + number],
                     useFixedBase=True,
                     flags=bullet.URDF_USE_INERTIA_FROM_FILE,
                     physicsClientId=client,
                 )
-                for _ in range(self.n_arms)
+                for number in range(self.n_arms)
             ]
         for body in bodies:
             for link in (-1, *_JOINTS):
@@ -175,14 +181,14 @@ class World:
             )
         return bodies
 
-    def _load_obstacle(self, x: float, y: float, radius: float) -> int:
-        """Add an immovable, frictionless cylinder."""
+    def _load_obstacle(self, x: float, y: float, radius: float, height: float) -> int:
+        """Add an immovable, frictionless cylinder, its middle at a height."""
         bullet, client = self._bullet, self.client_id
         shape = bullet.createCollisionShape(
             bullet.GEOM_CYLINDER, radius=radius, height=0.2, physicsClientId=client
         )
         body: int = bullet.createMultiBody(
-            0.0, shape, basePosition=[x, y, 0.0], physicsClientId=client
+            0.0, shape, basePosition=[x, y, height], physicsClientId=client
         )
         bullet.changeDynamics(body, -1, lateralFriction=0.0, physicsClientId=client)
         return body

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from msc.dynamics import joint_torques
 
-TIME_STEP = 1 / 120  # s; between two commands, and between two rows of a rollout
+TIME_STEP = 1 / 60  # s; between two commands, and between two rows of a rollout
 
 
 @dataclass(frozen=True)
