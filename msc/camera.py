@@ -18,7 +18,7 @@ from msc.scene import Scene
 from msc.workspace import Workspace
 
 SLOWER = 2  # times; how much films slow a movement down
-FRAME_RATES = {".gif": 20, ".mp4": 60}  # 1/s; an MP4 shows every time step
+FRAME_RATES = {".gif": 20, ".mp4": 30}  # 1/s; an MP4 shows every time step
 STRIP = 6  # pictures in a PNG
 
 

@@ -23,6 +23,7 @@ FIRST_STEP, SMALL_STEP = 0.5, 0.006  # of CMA-ES, in spring constants
 NEAR, SAME = 0.05, 0.01  # of a policy's norm: on the way to it, and there
 MAX_EVALUATIONS = 4000  # of one start; converged ones take 400 to 2000
 PATIENCE = 1200  # evaluations; a start then still twice as dear as a known one ends
+STALLED, GAIN = 40, 1e-5  # generations that gain less than this share: it ends
 
 
 @dataclass(frozen=True)
@@ -104,7 +105,7 @@ class SearchResult:
         return [
             start
             for start, end in zip(self.starts, ends, strict=True)
-            if not there[end] and end != ends[self._best]
+            if not there[end]
         ]
 
 
@@ -284,7 +285,11 @@ def minimise(
     name: str = "start",
     known: Sequence[Start] = (),
 ) -> Start:
-    """Run CMA-ES until it converges or comes near the policy of a known start.
+    """Run CMA-ES until it converges, stalls or comes near the policy of a known start.
+
+    Where the arm leans on an obstacle the cost is rough, by about a ten-thousandth, and
+    CMA-ES would walk about in it for thousands of evaluations: it is stalled if 40
+    generations lowered the best cost by less than a hundred-thousandth.
 
     Parameters
     ----------
@@ -327,6 +332,7 @@ def minimise(
     reach = NEAR * np.linalg.norm(policies, axis=-1)
     paid = np.array([start.cost for start in known])
     policy, best, joined = mean, np.inf, -1
+    earlier = [np.inf] * STALLED  # best costs after the last generations
     while joined < 0 and not strategy.stop():
         asked = np.array(strategy.ask())
         tried = mean + asked @ shape.T
@@ -334,6 +340,9 @@ def minimise(
         strategy.tell(asked, values)
         if min(values) < best:
             policy, best = tried[np.argmin(values)], min(values)
+        earlier.append(best)
+        if earlier[-STALLED - 1] - best < GAIN * best:
+            break
         if known:
             middle = mean + shape @ strategy.mean
             spread = strategy.sigma * np.linalg.norm(shape @ strategy.B * strategy.D, 2)

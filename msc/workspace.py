@@ -106,7 +106,7 @@ class Workspace:
     link_masses: tuple[float, float, float] = (1.0, 0.8, 0.5)
     home: tuple[float, float, float] = bent_home(_LINKS, 0.85, math.radians(225))
     goal_radius: float = 0.45
-    cut_deg: float = 70.5
+    cut_deg: float = 69.5
     circles: tuple[Circle, ...] = ()
 
     def __post_init__(self) -> None:

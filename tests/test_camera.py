@@ -29,7 +29,7 @@ world = Workspace.obstacles()
 scene = Scene(world, world.target(200), size=120)
 with Arm(world) as arm:
     rollout = arm.execute([10.0, -20.0, 3.0, 5.0, 5.0, 5.0], 200)
-steps = range(0, 133, 44)
+steps = range(0, 67, 22)
 frames = [scene.shoot(rollout.joints[k], rollout.path[: k + 1]) for k in steps]
 for name in ("arm.png", "arm.gif"):
     save_film(frames, Path(sys.argv[1], name))
@@ -106,7 +106,7 @@ def test_an_mp4_can_be_read_back(size, seen, tmp_path):
     facts = said.stderr.decode()
     assert "Video: h264" in facts
     assert "yuv420p" in facts
-    assert " 60 fps" in facts
+    assert " 30 fps" in facts
     levels = np.frombuffer(said.stdout, np.uint8).reshape(-1, *seen[::-1], 3)
     assert len(levels) == len(frames)
     np.testing.assert_allclose(levels[:, 0, 0, 2], np.arange(0, 250, 10), atol=8)
@@ -121,11 +121,11 @@ def test_a_film_lasts_twice_as_long_as_the_movement_and_rests(tmp_path, monkeypa
     monkeypatch.setattr(
         msc.camera, "save_film", lambda frames, path: written.update({path: frames})
     )
-    rollout = turning(133)  # 1.1 s
+    rollout = turning(67)  # 1.1 s
     for name, moving, resting in (
         ("a.png", 6, 0),
         ("a.gif", 45, 20),
-        ("a.mp4", 133, 60),
+        ("a.mp4", 67, 30),
     ):
         render(world, rollout, target, Path(name))
         frames = written[Path(name)]
