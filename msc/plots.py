@@ -6,6 +6,7 @@ marker of its own, so that a grey print stays legible.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -114,74 +115,92 @@ def draw_arm(axis: Axes, world: Workspace, joints: ArrayLike, **style: Any) -> N
     axis.plot(*points[:, -1], "o", color="#0072B2", ms=6, zorder=3)
 
 
-def plot_manifold(experiment: Experiment, dimension: int | None = None) -> Figure:
-    """Draw one policy dimension over the tasks, as the paper's Figures 2, 3, 5 and 6.
+def plot_manifold(
+    experiment: Experiment, dimensions: Sequence[int] | None = None
+) -> Figure:
+    """Draw policy dimensions over the tasks, as the paper's Figures 2, 3, 5 and 6.
 
     Parameters
     ----------
     experiment : Experiment
         What was trained on what.
-    dimension : int, optional
-        Policy dimension; by default the one that varies most over all grid tasks.
+    dimensions : sequence of int, optional
+        Policy dimensions, one row each; by default the one that varies most over all
+        grid tasks.
 
     Returns
     -------
     Figure
         Left the single regression, right the charts.
     """
-    if dimension is None:
-        dimension = int(np.argmax(experiment.policies.std(axis=0)))
-    dense = np.linspace(0, 2 * np.pi, 1441, endpoint=False)[:, None]
-    labels = experiment.methods["charts"].charts_
-    chosen = experiment.chosen
-    trained = np.rad2deg(experiment.tasks[chosen, 0])
-    values = experiment.policies[chosen, dimension]
+    if dimensions is None:
+        dimensions = [int(np.argmax(experiment.policies.std(axis=0)))]
+    height = 3.3 if len(dimensions) == 1 else 1.9 * len(dimensions)
     with plt.rc_context(STYLE):
-        figure, axes = plt.subplots(1, 2, figsize=(7.4, 3.3), sharex=True, sharey=True)
-        single, charts = axes
-        for axis in axes:
-            axis.plot(
-                np.rad2deg(experiment.tasks[:, 0]),
-                experiment.policies[:, dimension],
-                ".",
-                ms=2.5,
-                color="0.6",
-                label="searched",
-            )
-            for jump in experiment.jumps:
-                place = np.rad2deg(experiment.tasks[jump : jump + 2, 0].mean())
-                axis.axvline(place, color="0.5", lw=0.8, ls=":", zorder=0)
-            axis.set(xlabel="task angle (degrees)", xticks=range(0, 361, 60))
-        draw: Any = {"dense": dense, "dimension": dimension, "experiment": experiment}
-        one = np.zeros(len(dense), dtype=int)
-        _draw_regression(single, "single regression", one, ("#D55E00",), **draw)
-        single.plot(trained, values, "o", ms=3.5, color="#D55E00", mec="white", mew=0.4)
-        gate = experiment.methods["charts"].predict_chart(dense)
-        _draw_regression(charts, "charts", gate, CHART_COLOURS, **draw)
-        for chart in np.unique(labels):
-            here = labels == chart
-            charts.plot(
-                trained[here],
-                values[here],
-                CHART_MARKERS[chart % 6],
-                ms=4,
-                color=CHART_COLOURS[chart % 6],
-                mec="white",
-                mew=0.4,
-                label=f"chart {chart + 1}",
-            )
-        single.set(ylabel=f"policy weight {WEIGHT_LABELS[dimension]}")
-        single.set_title(f"single regression, {len(chosen)} samples")
-        charts.set_title(f"{len(np.unique(labels))} charts, {len(chosen)} samples")
-        charts.legend(fontsize=7, ncols=2)
-        margin = 0.15 * np.ptp(experiment.policies[:, dimension])
-        low, high = (
-            experiment.policies[:, dimension].min(),
-            experiment.policies[:, dimension].max(),
+        figure, axes = plt.subplots(
+            len(dimensions),
+            2,
+            figsize=(7.4, height),
+            sharex=True,
+            sharey="row",
+            squeeze=False,
         )
-        single.set_ylim(low - margin, high + margin)
+        for pair, dimension in zip(axes, dimensions, strict=True):
+            _draw_manifold(*pair, experiment, dimension)
+        n_samples = experiment.n_samples
+        n_charts = experiment.methods["charts"].n_charts_
+        axes[0, 0].set_title(f"single regression, {n_samples} samples")
+        axes[0, 1].set_title(f"{n_charts} charts, {n_samples} samples")
+        axes[0, 1].legend(fontsize=7, ncols=2)
+        for axis in axes[-1]:
+            axis.set_xlabel("task angle (degrees)")
     plt.close(figure)
     return figure
+
+
+def _draw_manifold(
+    single: Axes, charts: Axes, experiment: Experiment, dimension: int
+) -> None:
+    """Draw one policy dimension: searched, and predicted by either method."""
+    labels, chosen = experiment.methods["charts"].charts_, experiment.chosen
+    trained = np.rad2deg(experiment.tasks[chosen, 0])
+    values = experiment.policies[chosen, dimension]
+    searched = experiment.policies[:, dimension]
+    for axis in (single, charts):
+        axis.plot(
+            np.rad2deg(experiment.tasks[:, 0]),
+            searched,
+            ".",
+            ms=2.5,
+            color="0.6",
+            label="searched",
+        )
+        for jump in experiment.jumps:
+            place = np.rad2deg(experiment.tasks[jump : jump + 2, 0].mean())
+            axis.axvline(place, color="0.5", lw=0.8, ls=":", zorder=0)
+        axis.set_xticks(range(0, 361, 60))
+    dense = np.linspace(0, 2 * np.pi, 1441, endpoint=False)[:, None]
+    draw: Any = {"dense": dense, "dimension": dimension, "experiment": experiment}
+    one = np.zeros(len(dense), dtype=int)
+    _draw_regression(single, "single regression", one, ("#D55E00",), **draw)
+    single.plot(trained, values, "o", ms=3.5, color="#D55E00", mec="white", mew=0.4)
+    gate = experiment.methods["charts"].predict_chart(dense)
+    _draw_regression(charts, "charts", gate, CHART_COLOURS, **draw)
+    for chart in np.unique(labels):
+        here = labels == chart
+        charts.plot(
+            trained[here],
+            values[here],
+            CHART_MARKERS[chart % 6],
+            ms=4,
+            color=CHART_COLOURS[chart % 6],
+            mec="white",
+            mew=0.4,
+            label=f"chart {chart + 1}",
+        )
+    margin = 0.15 * np.ptp(searched)
+    single.set_ylim(searched.min() - margin, searched.max() + margin)
+    single.set_ylabel(f"policy weight {WEIGHT_LABELS[dimension]}")
 
 
 def _draw_regression(

@@ -1,0 +1,188 @@
+"""Figures on the study of many training sets: errors over the number of samples."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import matplotlib.pyplot as plt
+import pandas as pd
+from matplotlib.figure import Figure
+from matplotlib.ticker import NullLocator
+
+from msc.plots import STYLE
+from msc.study_tables import SIGNS, WORLDS, compare_cells
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+Study = dict[str, Any]
+
+LOOKS: dict[str, dict[str, Any]] = {
+    "charts": {"color": "#0072B2", "marker": "o", "ls": "-"},
+    "single regression": {"color": "#D55E00", "marker": "s", "ls": "--"},
+    "CrKr": {"color": "#CC79A7", "marker": "^", "ls": "-."},
+    "nearest neighbour": {"color": "#009E73", "marker": "D", "ls": ":"},
+    "linear interpolation": {"color": "#56B4E9", "marker": "v", "ls": ":"},
+    "single, Matérn": {"color": "#E69F00", "marker": "P", "ls": "--"},
+    "single, periodic": {"color": "0.55", "marker": "X", "ls": "--"},
+    "mean policy": {"color": "0.35", "marker": "", "ls": (0, (1, 1))},
+    "zero policy": {"color": "0.7", "marker": "", "ls": (0, (1, 1))},
+}
+PAPER = ("charts", "CrKr", "single regression")  # the methods of the paper's Figure 8
+_SWEEP_LOOKS = (
+    {"color": "#E69F00", "marker": "D", "ls": ":"},
+    {"color": "#009E73", "marker": "^", "ls": "--"},
+    {"color": "#0072B2", "marker": "o", "ls": "-"},
+)
+
+
+def plot_sample_sizes(
+    *studies: Study,
+    measures: Sequence[str] = ("mse, gate learned",),
+    methods: Sequence[str] = PAPER,
+    labels: Sequence[str] = (),
+    design: str = "even",
+    verdicts: bool = True,
+) -> Figure:
+    """Draw errors over the number of training tasks, as the paper's Figure 8.
+
+    Parameters
+    ----------
+    *studies : dict
+        Results of `msc.study.run_study`, one column of panels each.
+    measures : sequence of str, default=("mse, gate learned",)
+        One row of panels each; all panels of a row have the same scale.
+    methods : sequence of str, default=PAPER
+        The lines.
+    labels : sequence of str, optional
+        Names of the rows' axes; by default the measures.
+    design : {"even", "uniform", "nonuniform"}, default="even"
+        How training tasks were drawn.
+    verdicts : bool, default=True
+        Whether to write, below each panel, whether the charts' error is lower (●),
+        higher (✕) or undecided (○) against each other method at each size.
+
+    Returns
+    -------
+    Figure
+        The drawing; bands are 95 % intervals.
+    """
+    size = 3.7 * len(studies), 3.0 * len(measures) + 0.6
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(
+            len(measures),
+            len(studies),
+            figsize=size,
+            sharex=True,
+            sharey="row",
+            squeeze=False,
+        )
+        for column, study in zip(axes.T, studies, strict=True):
+            cells = [cell for cell in study["cells"] if cell["design"] == design]
+            for axis, measure in zip(column, measures, strict=True):
+                for method in methods:
+                    _draw_line(axis, cells, measure, method)
+                axis.set(xscale="log", yscale="log")
+                if verdicts:
+                    _draw_verdicts(axis, study, design, measure, methods[1:])
+            column[0].set_title(WORLDS[study["workspace"]])
+            _name_sizes(column[-1], [cell["n_samples"] for cell in cells])
+        for axis, label in zip(axes[:, 0], labels or measures, strict=True):
+            axis.set_ylabel(label)
+        axes[0, -1].legend(fontsize=7)
+    plt.close(figure)
+    return figure
+
+
+def _draw_line(axis: Axes, cells: list[Any], measure: str, method: str) -> None:
+    """Draw one method's means over the sizes, with their intervals."""
+    here = [cell for cell in cells if method in cell["measures"].get(measure, {})]
+    found = pd.DataFrame([cell["measures"][measure][method] for cell in here])
+    if found.empty:
+        return
+    sizes = [cell["n_samples"] for cell in here]
+    _draw_band(axis, sizes, found, method, LOOKS[method])
+
+
+def _draw_verdicts(
+    axis: Axes, study: Study, design: str, measure: str, baselines: Sequence[str]
+) -> None:
+    """Write, below a panel, the verdict on the charts at each size."""
+    below = axis.get_xaxis_transform()
+    found = compare_cells(study, design)
+    found = found[found["measure"] == measure]
+    for row, baseline in enumerate(baselines):
+        height = -0.07 * (row + 1)
+        look: Any = {"color": LOOKS[baseline]["color"], "fontsize": 8, "va": "center"}
+        here = found[found["baseline"] == baseline]
+        for place, one in zip(here["n_samples"], here["comparison"], strict=True):
+            sign = SIGNS[one.verdict]
+            axis.text(place, height, sign, transform=below, ha="center", **look)
+        if axis.get_subplotspec().is_first_col():
+            beside, text = axis.transAxes, f"vs {baseline} "
+            axis.text(-0.02, height, text, transform=beside, ha="right", **look)
+    axis.tick_params(axis="x", pad=4 + 15 * len(baselines))
+
+
+def _name_sizes(axis: Axes, sizes: Sequence[int]) -> None:
+    """Write every number of training tasks on a logarithmic axis."""
+    axis.set_xlabel("training tasks")
+    axis.xaxis.set_minor_locator(NullLocator())
+    axis.set_xticks(sizes, [str(size) for size in sizes], fontsize=7)
+
+
+def plot_sweep(*studies: Study, measures: Sequence[str]) -> Figure:
+    """Draw the charts' errors over the number of charts.
+
+    Parameters
+    ----------
+    *studies : dict
+        Results of `msc.study.run_study`, one column of panels each.
+    measures : sequence of str
+        One row of panels each.
+
+    Returns
+    -------
+    Figure
+        The drawing; one line a number of training tasks, bands are 95 % intervals.
+    """
+    size = 3.7 * len(studies), 2.6 * len(measures)
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(
+            len(measures),
+            len(studies),
+            figsize=size,
+            sharex=True,
+            sharey="row",
+            squeeze=False,
+        )
+        for column, study in zip(axes.T, studies, strict=True):
+            sweep = pd.DataFrame(study["sweep"])
+            for axis, measure in zip(column, measures, strict=True):
+                for (n_samples, cells), look in zip(
+                    sweep.groupby("n_samples"), _SWEEP_LOOKS, strict=False
+                ):
+                    found = pd.DataFrame(
+                        [cell[measure]["charts"] for cell in cells["measures"]]
+                    )
+                    _draw_band(axis, cells["n_charts"], found, str(n_samples), look)
+                axis.set_yscale("log")
+            column[0].set_title(WORLDS[study["workspace"]])
+            column[-1].set(xlabel="charts", xticks=sweep["n_charts"].unique())
+        for axis, measure in zip(axes[:, 0], measures, strict=True):
+            axis.set_ylabel(measure)
+        axes[0, -1].legend(fontsize=7, title="training tasks", title_fontsize=7)
+    plt.close(figure)
+    return figure
+
+
+def _draw_band(
+    axis: Axes, places: Any, found: pd.DataFrame, label: str, look: dict[str, Any]
+) -> None:
+    """Draw means as a line, their intervals as a band."""
+    axis.plot(places, found["mean"], label=label, ms=4, **look)
+    colour = look["color"]
+    axis.fill_between(
+        places, found["low"], found["high"], color=colour, alpha=0.15, lw=0
+    )

@@ -1,0 +1,155 @@
+"""Tables of what a study found, as the chapters show them."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Sequence
+from typing import Any
+
+import pandas as pd
+
+from msc.comparison import Comparison
+from msc.tables import checksum, find_data
+
+WORLDS = {"free": "without obstacles", "obstacles": "with obstacles"}
+SIGNS = {"lower": "●", "undecided": "○", "higher": "✕"}  # of the charts' error
+BASELINES = ("single regression", "CrKr", "nearest neighbour")
+
+
+def load_studies(*names: str) -> list[dict[str, Any]]:
+    """Load what `msc evaluate` found of workspaces.
+
+    Parameters
+    ----------
+    *names : {"free", "obstacles"}
+        Workspaces.
+
+    Returns
+    -------
+    list of dict
+        One study each, see `msc.study`.
+
+    Raises
+    ------
+    ValueError
+        If a workspace was not studied since its tables were last made.
+    """
+    folder, studies = find_data(), []
+    for name in names:
+        file = folder / "results" / f"study_{name}.json"
+        found = json.loads(file.read_text()) if file.is_file() else {"provenance": {}}
+        used = found["provenance"].get("data", {})
+        if not used or any(checksum(folder / one) != used[one] for one in used):
+            raise ValueError(
+                f"{file.name} is not of the tables in {folder.name}/; remake it: "
+                "msc evaluate --profile full"
+            )
+        studies.append(found)
+    return studies
+
+
+def compare_cells(study: dict[str, Any], design: str = "even") -> pd.DataFrame:
+    """List every comparison of the charts with another method.
+
+    Parameters
+    ----------
+    study : dict
+        Results of a study.
+    design : {"even", "uniform", "nonuniform"}, default="even"
+        How training tasks were drawn.
+
+    Returns
+    -------
+    DataFrame
+        Columns `n_samples`, `measure`, `baseline` and `comparison`, the last of
+        `msc.comparison.Comparison`.
+    """
+    rows = [
+        (cell["n_samples"], ratio["measure"], ratio["baseline"], Comparison(**ratio))
+        for cell in study["cells"]
+        if cell["design"] == design
+        for ratio in cell["ratios"]
+    ]
+    names = ["n_samples", "measure", "baseline", "comparison"]
+    return pd.DataFrame(rows, columns=names)
+
+
+def ratio_table(
+    *studies: dict[str, Any],
+    measures: Sequence[str],
+    baselines: Sequence[str] = BASELINES,
+    design: str = "even",
+) -> pd.DataFrame:
+    """Show the charts' errors over other methods', size by size, with intervals.
+
+    Parameters
+    ----------
+    *studies : dict
+        Results of studies.
+    measures : sequence of str
+        Which errors.
+    baselines : sequence of str, default=BASELINES
+        The other methods.
+    design : {"even", "uniform", "nonuniform"}, default="even"
+        How training tasks were drawn.
+
+    Returns
+    -------
+    DataFrame
+        One row a number of training tasks; one column a world, measure and baseline,
+        as "ratio [low, high]" and a sign: ● lower, ✕ higher, ○ undecided.
+    """
+    columns = {}
+    for study in studies:
+        cells = compare_cells(study, design)
+        for measure in measures:
+            for baseline in baselines:
+                chosen = (cells["measure"] == measure) & (cells["baseline"] == baseline)
+                here = cells[chosen].set_index("n_samples")["comparison"]
+                place = WORLDS[study["workspace"]], measure, baseline
+                columns[place] = here.map(_cell)
+    table = pd.DataFrame(columns).rename_axis("training tasks")
+    table.columns = table.columns.set_names(["", "", "charts over"])
+    many = [len({place[level] for place in columns}) > 1 for level in range(3)]
+    single = [level for level in (0, 1) if not many[level]]
+    return table.droplevel(single, axis=1)
+
+
+def gate_shares(*studies: dict[str, Any], design: str = "even") -> pd.DataFrame:
+    """Split the charts' squared error into the regression's part and the gate's.
+
+    Parameters
+    ----------
+    *studies : dict
+        Results of studies.
+    design : {"even", "uniform", "nonuniform"}, default="even"
+        How training tasks were drawn.
+
+    Returns
+    -------
+    DataFrame
+        One row a number of training tasks. For each world the mean squared error with
+        the chart known, and what the learned gate adds to it, in percent of the whole.
+    """
+    columns = {}
+    for study in studies:
+        cells = [cell for cell in study["cells"] if cell["design"] == design]
+        sizes = [cell["n_samples"] for cell in cells]
+        known, learned = (
+            pd.Series(
+                [cell["measures"][f"mse, {way}"]["charts"]["mean"] for cell in cells],
+                sizes,
+            )
+            for way in ("chart known", "gate learned")
+        )
+        world = WORLDS[study["workspace"]]
+        columns[world, "regression (MSE, chart known)"] = known
+        columns[world, "the gate's share (%)"] = 100 * (1 - known / learned)
+    return pd.DataFrame(columns).rename_axis("training tasks")
+
+
+def _cell(found: Comparison) -> str:
+    """Write a comparison into a cell."""
+    return (
+        f"{SIGNS[found.verdict]} {found.ratio:.2g} [{found.low:.2g}, {found.high:.2g}]"
+    )
