@@ -39,6 +39,8 @@ ROW = [
     "evaluation",
     "claims",
     "plots",
+    "study_tables",
+    "plots_study",
     "plots_search",
     "plots_audit",
     "plots_movements",

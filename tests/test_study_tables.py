@@ -1,0 +1,129 @@
+import json
+
+import pytest
+
+from msc.plots_study import plot_sample_sizes, plot_sweep
+from msc.study_tables import compare_cells, gate_shares, load_studies, ratio_table
+from msc.tables import checksum
+
+BASELINES = {"single regression": 2.0, "CrKr": 1.0, "nearest neighbour": 0.5}
+
+
+def summary(mean):
+    return {"mean": mean, "low": 0.9 * mean, "high": 1.2 * mean}
+
+
+def cell(n_samples, design="even"):
+    """Make a cell: the charts' error is 1/n, the others' that times a factor."""
+    measures = {
+        measure: {
+            "charts": summary(factor / n_samples),
+            **{name: summary(f / n_samples) for name, f in BASELINES.items()},
+        }
+        for measure, factor in (("mse, gate learned", 1), ("mse, chart known", 0.25))
+    }
+    ratios = [
+        {
+            "measure": "mse, gate learned",
+            "method": "charts",
+            "baseline": name,
+            "ratio": 1 / factor,
+            "low": 0.9 / factor,
+            "high": 1.2 / factor,
+        }
+        for name, factor in BASELINES.items()
+    ]
+    parts = {"measures": measures, "ratios": ratios, "repetitions": 1}
+    return {"design": design, "n_samples": n_samples, **parts}
+
+
+def study(workspace):
+    cells = [cell(n) for n in (8, 24, 72)] + [cell(8, "uniform")]
+    sweep = [{**cell(n), "n_charts": s} for n in (24, 72) for s in (1, 2, 3)]
+    return {"workspace": workspace, "cells": cells, "sweep": sweep}
+
+
+free, obstacles = study("free"), study("obstacles")
+
+
+def test_a_table_says_which_method_wins_at_each_size():
+    table = ratio_table(free, obstacles, measures=["mse, gate learned"])
+    assert table.index.tolist() == [8, 24, 72]
+    assert table["without obstacles"].columns.tolist() == list(BASELINES)
+    row = table.loc[24, "with obstacles"].tolist()
+    assert row == ["● 0.5 [0.45, 0.6]", "○ 1 [0.9, 1.2]", "✕ 2 [1.8, 2.4]"]
+
+
+def test_what_is_the_same_in_all_columns_is_left_out():
+    table = ratio_table(free, measures=["mse, gate learned"], baselines=["CrKr"])
+    assert list(table.columns) == ["CrKr"]
+
+
+def test_designs_are_kept_apart():
+    assert set(compare_cells(free, "uniform")["n_samples"]) == {8}
+
+
+def test_what_a_known_chart_does_not_explain_is_the_gate_s():
+    shares = gate_shares(free, obstacles)["with obstacles"]
+    assert shares["the gate's share (%)"].tolist() == pytest.approx([75, 75, 75])
+    assert shares.iloc[0, 0] == pytest.approx(0.25 / 8)
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    results = tmp_path / "data" / "results"
+    results.mkdir(parents=True)
+    (tmp_path / "data" / "datapackage.json").write_text("{}")
+    (tmp_path / "data" / "free.csv").write_text("1,2\n")
+    digest = {"free.csv": checksum(tmp_path / "data" / "free.csv")}
+    made = {**free, "provenance": {"data": digest}}
+    (results / "study_free.json").write_text(json.dumps(made))
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_a_study_is_loaded_as_it_was_written(folder):
+    (found,) = load_studies("free")
+    assert found["cells"] == free["cells"]
+
+
+def test_a_study_of_other_tables_is_refused(folder):
+    (folder / "data" / "free.csv").write_text("1,3\n")
+    with pytest.raises(ValueError, match=r"study_free\.json is not of the tables"):
+        load_studies("free")
+
+
+def test_a_study_that_is_missing_is_named(folder):
+    with pytest.raises(ValueError, match=r"study_obstacles\.json .* msc evaluate"):
+        load_studies("obstacles")
+
+
+def signs(axis):
+    return [text.get_text() for text in axis.texts if text.get_text() in "●○✕"]
+
+
+def test_the_figure_has_a_panel_a_world_on_one_scale():
+    figure = plot_sample_sizes(free, obstacles)
+    left, right = figure.axes
+    assert left.get_ylim() == right.get_ylim()
+    assert left.get_xscale() == left.get_yscale() == "log"
+    assert [line.get_label() for line in left.get_lines()] == [
+        "charts",
+        "CrKr",
+        "single regression",
+    ]
+    heights = left.get_lines()[2].get_ydata()
+    assert list(heights) == pytest.approx([2 / 8, 2 / 24, 2 / 72])
+    assert signs(right) == ["○"] * 3 + ["●"] * 3
+
+
+def test_a_method_without_results_is_left_out():
+    figure = plot_sample_sizes(free, methods=["charts", "zero policy"])
+    assert [line.get_label() for line in figure.axes[0].get_lines()] == ["charts"]
+
+
+def test_a_sweep_has_a_line_a_number_of_training_tasks():
+    figure = plot_sweep(free, obstacles, measures=["mse, gate learned"])
+    lines = figure.axes[1].get_lines()
+    assert [line.get_label() for line in lines] == ["24", "72"]
+    assert list(lines[0].get_xdata()) == [1, 2, 3]
