@@ -41,6 +41,8 @@ ROW = [
     "plots",
     "study_tables",
     "plots_study",
+    "scrubber",
+    "plots_scrubber",
     "plots_search",
     "plots_audit",
     "plots_movements",

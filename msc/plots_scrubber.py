@@ -1,0 +1,192 @@
+"""What sliders show: movements over the task angle."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from msc.arm import Arm
+from msc.evaluation import Experiment
+from msc.plots import COLOURS, STYLE, WEIGHT_LABELS, draw_arm, draw_world
+from msc.scrubber import Mark, Panel, Scrubber
+from msc.workspace import chain
+
+FRAME = 3  # time steps from one picture of a film to the next: 20 pictures a second
+WAYS: dict[str, dict[str, Any]] = {
+    "searched": {"colour": "#8a8a8a", "width": 6.0, "opacity": 0.55},
+    "single regression": {"colour": COLOURS["single regression"], "width": 3.0},
+    "charts": {"colour": COLOURS["charts"], "width": 3.0},
+}
+
+
+def scrub_execution(
+    experiment: Experiment, *, every: int = 2, first: int | None = None
+) -> Scrubber:
+    """Let the reader drag the task and see searched and predicted movements.
+
+    Parameters
+    ----------
+    experiment : Experiment
+        What was trained on what.
+    every : int, default=2
+        Every how many-th test task is on the slider.
+    first : int, optional
+        The step shown at first; by default the one that the single regression misses
+        most.
+
+    Returns
+    -------
+    Scrubber
+        Three panels: the arm, one policy weight over the tasks, the execution errors.
+    """
+    shown = slice(None, None, every)
+    degrees = experiment.test_table["task_deg"].to_numpy()[shown]
+    policies = {
+        name: experiment.test_policies[shown]
+        if name == "searched"
+        else experiment.predict(name, experiment.test_tasks[shown])
+        for name in WAYS
+    }
+    with Arm(experiment.workspace) as arm:
+        rollouts = {
+            name: arm.execute_many(some, degrees.tolist())
+            for name, some in policies.items()
+        }
+    error_cm = {
+        name: np.array([100 * rollout.error for rollout in some])
+        for name, some in rollouts.items()
+    }
+    lengths = experiment.workspace.link_lengths
+    films = {
+        name: chain(np.array([one.joints[::FRAME] for one in some]), lengths)
+        for name, some in rollouts.items()
+    }
+    charts = experiment.methods["charts"].predict_chart(experiment.test_tasks[shown])
+    captions = [
+        f"Task {degrees[k]:g}°, chart {charts[k] + 1}. Ends from the target: "
+        + ", ".join(f"{name} {error_cm[name][k]:.2f} cm" for name in WAYS)
+        for k in range(len(degrees))
+    ]
+    if first is None:
+        first = int(error_cm["single regression"].argmax())
+    return Scrubber(
+        name="task angle",
+        labels=[f"{angle:g} degrees" for angle in degrees],
+        captions=captions,
+        panels=[
+            _arm_panel(experiment, degrees, films),
+            _weight_panel(experiment, degrees, policies),
+            _error_panel(degrees, error_cm),
+        ],
+        poster=_poster(experiment, degrees[first], films, first),
+        poster_alt=f"The arm at the end of three movements: {captions[first]}",
+        first=first,
+        n_times=films["charts"].shape[1],
+        legend={name: str(look["colour"]) for name, look in WAYS.items()},
+    )
+
+
+def _arm_panel(
+    experiment: Experiment, degrees: NDArray[Any], films: dict[str, NDArray[Any]]
+) -> Panel:
+    """Show the world from above, with all arms."""
+    world = experiment.workspace
+    marks = [Mark("ring", [[0, 0]], radius=world.goal_radius, colour="#d62728")]
+    marks += [Mark("disc", [[x, y]], radius=radius) for x, y, radius in world.circles]
+    goals = [[world.target(angle)] for angle in degrees]
+    marks.append(Mark("disc", goals, "step", colour="#d62728", radius=0.025))
+    for name, film in films.items():
+        look = WAYS[name]
+        trail = {"width": 1.2, "opacity": 1.0, "dash": [4, 3]}
+        marks.append(Mark("line", film, "time", trail=trail, **look))
+    alt = "The arm from above, with the goal circle, the goal, obstacles and movements."
+    return Panel(alt, (-1.0, 1.0), (-1.0, 1.0), marks)
+
+
+def _weight_panel(
+    experiment: Experiment, degrees: NDArray[Any], policies: dict[str, NDArray[Any]]
+) -> Panel:
+    """Show the weight that varies most over the tasks."""
+    weight = int(np.argmax(experiment.policies.std(axis=0)))
+    grid = np.rad2deg(experiment.tasks[:, 0])
+    searched = experiment.policies[:, weight]
+    still = {"colour": "#8a8a8a", "opacity": 0.8, "width": 1.2}
+    marks = [Mark("dots", np.c_[grid, searched], **still)]
+    marks.append(Mark("upright", _uprights(degrees), "step", width=1.0, opacity=0.5))
+    for name, some in policies.items():
+        points = [[[x, y]] for x, y in zip(degrees, some[:, weight], strict=True)]
+        marks.append(
+            Mark("dots", points, "step", colour=WAYS[name]["colour"], width=4.5)
+        )
+    low, high = searched.min(), searched.max()
+    margin = 0.1 * (high - low)
+    ticks = [tick for tick in range(-100, 101, 10) if low <= tick <= high]
+    return Panel(
+        "One policy weight over the task angle, with the chosen task marked.",
+        (0, 360),
+        (float(low - margin), float(high + margin)),
+        marks,
+        x_label="task angle (degrees)",
+        y_label="policy weight " + WEIGHT_LABELS[weight].strip("$").translate(_PLAIN),
+        x_ticks=(0, 90, 180, 270, 360),
+        y_ticks=tuple(ticks),
+    )
+
+
+_PLAIN = str.maketrans({"_": "", "^": ""})
+
+
+def _error_panel(degrees: NDArray[Any], error_cm: dict[str, NDArray[Any]]) -> Panel:
+    """Show how far from the target movements end, over the tasks."""
+    top = 1.05 * max(error.max() for error in error_cm.values())
+    marks = [Mark("upright", _uprights(degrees), "step", width=1.0, opacity=0.5)]
+    for name in ("single regression", "charts"):
+        points = np.c_[degrees, error_cm[name]]
+        look = WAYS[name] | {"width": 1.5}
+        marks += [Mark("line", points, **look)]
+        here = [[point] for point in points]
+        marks.append(
+            Mark("dots", here, "step", colour=WAYS[name]["colour"], width=4.5)
+        )
+    step = next(s for s in (0.1, 0.2, 0.5, 1, 2, 5, 10, 20) if top / s < 7)
+    return Panel(
+        "The execution error over the task angle, with the chosen task marked.",
+        (0, 360),
+        (0, float(top)),
+        marks,
+        x_label="task angle (degrees)",
+        y_label="execution error (cm)",
+        x_ticks=(0, 90, 180, 270, 360),
+        y_ticks=tuple(round(float(y), 1) for y in np.arange(0, top, step)),
+    )
+
+
+def _uprights(degrees: NDArray[Any]) -> list[list[list[float]]]:
+    """Place a vertical line at every task."""
+    return [[[float(angle), 0.0]] for angle in degrees]
+
+
+def _poster(
+    experiment: Experiment, angle: float, films: dict[str, NDArray[Any]], step: int
+) -> Figure:
+    """Draw one step as a picture."""
+    with plt.rc_context(STYLE):
+        figure, axis = plt.subplots(figsize=(4.2, 4.2))
+        draw_world(axis, experiment.workspace)
+        axis.plot(*experiment.workspace.target(angle), "o", color="red", ms=8)
+        for name, film in films.items():
+            axis.plot(*film[step, :, -1].T, ls="--", lw=1, color=WAYS[name]["colour"])
+            axis.plot(
+                *film[step, -1].T,
+                lw=WAYS[name]["width"],
+                color=WAYS[name]["colour"],
+                alpha=WAYS[name].get("opacity", 1.0),
+                label=name,
+            )
+        axis.legend(fontsize=7)
+    plt.close(figure)
+    return figure

@@ -1,0 +1,165 @@
+// Draws what msc.scrubber describes: panels whose moving parts follow a slider.
+(function (root, data) {
+  "use strict";
+  const slider = root.querySelector("input[name=step]");
+  const output = root.querySelector("output");
+  const play = root.querySelector("button");
+  const still = matchMedia("(prefers-reduced-motion: reduce)");
+  const views = Array.from(root.querySelectorAll("canvas")).map((canvas, k) => ({
+    canvas: canvas, panel: data.panels[k], pen: canvas.getContext("2d"),
+  }));
+  const lastTime = Math.max(1, data.n_times) - 1;
+  let time = lastTime;
+  let started = null;
+
+  function decode(flat, panel) {
+    const points = [];
+    for (let k = 0; k < flat.length; k += 2) {
+      points.push([flat[k] / panel.scale, flat[k + 1] / panel.scale]);
+    }
+    return points;
+  }
+
+  function frame(view) {
+    const panel = view.panel;
+    const ratio = window.devicePixelRatio || 1;
+    const width = view.canvas.clientWidth;
+    const height = Math.round(width * panel.aspect);
+    if (view.canvas.width !== Math.round(width * ratio)) {
+      view.canvas.width = Math.round(width * ratio);
+      view.canvas.height = Math.round(height * ratio);
+      view.canvas.style.height = height + "px";
+    }
+    view.pen.setTransform(ratio, 0, 0, ratio, 0, 0);
+    view.pen.clearRect(0, 0, width, height);
+    const axes = Boolean(panel.x_label);
+    const box = axes ? [44, 8, width - 8, height - 34] : [4, 4, width - 4, height - 4];
+    const [x0, x1] = panel.x, [y0, y1] = panel.y;
+    view.at = (point) => [
+      box[0] + ((point[0] - x0) / (x1 - x0)) * (box[2] - box[0]),
+      box[3] - ((point[1] - y0) / (y1 - y0)) * (box[3] - box[1]),
+    ];
+    view.unit = (box[2] - box[0]) / (x1 - x0);
+    view.box = box;
+    if (axes) { drawAxes(view, box); }
+  }
+
+  function drawAxes(view, box) {
+    const pen = view.pen, panel = view.panel;
+    pen.globalAlpha = 1;
+    pen.strokeStyle = pen.fillStyle = getComputedStyle(root).color;
+    pen.lineWidth = 1;
+    pen.setLineDash([]);
+    pen.beginPath();
+    pen.moveTo(box[0], box[1]);
+    pen.lineTo(box[0], box[3]);
+    pen.lineTo(box[2], box[3]);
+    pen.stroke();
+    pen.font = "12px sans-serif";
+    pen.textAlign = "center";
+    panel.x_ticks.forEach((x) => {
+      pen.fillText(String(x), view.at([x, panel.y[0]])[0], box[3] + 14);
+    });
+    pen.fillText(panel.x_label, (box[0] + box[2]) / 2, box[3] + 29);
+    pen.textAlign = "right";
+    panel.y_ticks.forEach((y) => {
+      pen.fillText(String(y), box[0] - 4, view.at([panel.x[0], y])[1] + 4);
+    });
+    pen.save();
+    pen.translate(11, (box[1] + box[3]) / 2);
+    pen.rotate(-Math.PI / 2);
+    pen.textAlign = "center";
+    pen.fillText(panel.y_label, 0, 0);
+    pen.restore();
+  }
+
+  function draw(view, mark, flat) {
+    const pen = view.pen;
+    const points = decode(flat, view.panel).map(view.at);
+    pen.strokeStyle = pen.fillStyle = mark.colour === "ink"
+      ? getComputedStyle(root).color : mark.colour;
+    pen.globalAlpha = mark.opacity;
+    pen.lineWidth = mark.width;
+    pen.lineCap = pen.lineJoin = "round";
+    pen.setLineDash(mark.dash);
+    if (mark.kind === "disc" || mark.kind === "ring") {
+      points.forEach((point) => {
+        pen.beginPath();
+        pen.arc(point[0], point[1], mark.radius * view.unit, 0, 7);
+        if (mark.kind === "disc") { pen.fill(); } else { pen.stroke(); }
+      });
+    } else if (mark.kind === "dots") {
+      points.forEach((point) => {
+        pen.beginPath();
+        pen.arc(point[0], point[1], mark.width, 0, 7);
+        pen.fill();
+      });
+    } else if (mark.kind === "upright") {
+      points.forEach((point) => {
+        pen.beginPath();
+        pen.moveTo(point[0], view.box[1]);
+        pen.lineTo(point[0], view.box[3]);
+        pen.stroke();
+      });
+    } else if (mark.kind === "segments") {
+      for (let k = 0; k + 1 < points.length; k += 2) {
+        pen.beginPath();
+        pen.moveTo(points[k][0], points[k][1]);
+        pen.lineTo(points[k + 1][0], points[k + 1][1]);
+        pen.stroke();
+      }
+    } else {
+      pen.beginPath();
+      points.forEach((point, k) => {
+        if (k) { pen.lineTo(point[0], point[1]); } else { pen.moveTo(point[0], point[1]); }
+      });
+      pen.stroke();
+    }
+  }
+
+  function show() {
+    const step = Number(slider.value);
+    views.forEach((view) => {
+      frame(view);
+      view.panel.marks.forEach((mark) => {
+        if (mark.varies === "never") {
+          draw(view, mark, mark.points);
+        } else if (mark.varies === "step") {
+          draw(view, mark, mark.points[step]);
+        } else {
+          const now = Math.min(time, lastTime);
+          if (mark.trail) {
+            const ends = mark.points[step].slice(0, now + 1).map((pose) => pose.slice(-2));
+            draw(view, Object.assign({}, mark, mark.trail), ends.flat());
+          }
+          draw(view, mark, mark.points[step][now]);
+        }
+      });
+    });
+    output.textContent = data.captions[step];
+    slider.setAttribute("aria-valuetext", data.labels[step]);
+  }
+
+  function tick(now) {
+    if (started === null) { return; }
+    time = Math.floor(((now - started) / 1000 / data.seconds) * lastTime);
+    show();
+    if (time < lastTime) { requestAnimationFrame(tick); } else { started = null; }
+  }
+
+  function run() {
+    if (still.matches || lastTime < 1) { time = lastTime; show(); return; }
+    const running = started !== null;
+    started = performance.now();
+    if (!running) { requestAnimationFrame(tick); }
+  }
+
+  slider.addEventListener("input", () => { time = lastTime; started = null; show(); });
+  if (play) { play.addEventListener("click", run); }
+  new ResizeObserver(show).observe(root);
+  new MutationObserver(show).observe(document.documentElement, {
+    attributes: true, attributeFilter: ["data-theme"],
+  });
+  root.classList.add("msc-live");
+  show();
+})
