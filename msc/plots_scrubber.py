@@ -7,11 +7,12 @@ from typing import Any
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from msc.arm import Arm
 from msc.evaluation import Experiment
-from msc.plots import COLOURS, STYLE, WEIGHT_LABELS, draw_arm, draw_world
+from msc.plots import COLOURS, STYLE, WEIGHT_LABELS, draw_world
 from msc.scrubber import Mark, Panel, Scrubber
 from msc.workspace import chain
 
@@ -124,7 +125,6 @@ def _weight_panel(
         )
     low, high = searched.min(), searched.max()
     margin = 0.1 * (high - low)
-    ticks = [tick for tick in range(-100, 101, 10) if low <= tick <= high]
     return Panel(
         "One policy weight over the task angle, with the chosen task marked.",
         (0, 360),
@@ -133,7 +133,7 @@ def _weight_panel(
         x_label="task angle (degrees)",
         y_label="policy weight " + WEIGHT_LABELS[weight].strip("$").translate(_PLAIN),
         x_ticks=(0, 90, 180, 270, 360),
-        y_ticks=tuple(ticks),
+        y_ticks=_ticks(float(low), float(high)),
     )
 
 
@@ -149,10 +149,7 @@ def _error_panel(degrees: NDArray[Any], error_cm: dict[str, NDArray[Any]]) -> Pa
         look = WAYS[name] | {"width": 1.5}
         marks += [Mark("line", points, **look)]
         here = [[point] for point in points]
-        marks.append(
-            Mark("dots", here, "step", colour=WAYS[name]["colour"], width=4.5)
-        )
-    step = next(s for s in (0.1, 0.2, 0.5, 1, 2, 5, 10, 20) if top / s < 7)
+        marks.append(Mark("dots", here, "step", colour=WAYS[name]["colour"], width=4.5))
     return Panel(
         "The execution error over the task angle, with the chosen task marked.",
         (0, 360),
@@ -161,8 +158,14 @@ def _error_panel(degrees: NDArray[Any], error_cm: dict[str, NDArray[Any]]) -> Pa
         x_label="task angle (degrees)",
         y_label="execution error (cm)",
         x_ticks=(0, 90, 180, 270, 360),
-        y_ticks=tuple(round(float(y), 1) for y in np.arange(0, top, step)),
+        y_ticks=_ticks(0, float(top)),
     )
+
+
+def _ticks(low: float, high: float) -> tuple[float, ...]:
+    """Choose a handful of round numbers."""
+    places = MaxNLocator(5).tick_values(low, high)
+    return tuple(float(f"{y:.6g}") for y in places if low <= y <= high)
 
 
 def _uprights(degrees: NDArray[Any]) -> list[list[list[float]]]:

@@ -33,7 +33,7 @@
     view.pen.setTransform(ratio, 0, 0, ratio, 0, 0);
     view.pen.clearRect(0, 0, width, height);
     const axes = Boolean(panel.x_label);
-    const box = axes ? [44, 8, width - 8, height - 34] : [4, 4, width - 4, height - 4];
+    const box = axes ? [48, 8, width - 14, height - 34] : [4, 4, width - 4, height - 4];
     const [x0, x1] = panel.x, [y0, y1] = panel.y;
     view.at = (point) => [
       box[0] + ((point[0] - x0) / (x1 - x0)) * (box[2] - box[0]),
