@@ -35,8 +35,11 @@ ROW = [
     "gaussian",
     "skill",
     "crkr",
+    "sampling",
+    "methods",
     "comparison",
     "evaluation",
+    "study",
     "claims",
     "plots",
     "plots_search",
@@ -48,7 +51,7 @@ ROW = [
     "cli",
 ]
 ROBOT = set(ROW[: ROW.index("spectral")]) - {"tables", "jumps"}
-LEARNERS = {"spectral", "smce", "gaussian", "skill", "crkr"}
+LEARNERS = {"spectral", "smce", "gaussian", "skill", "crkr", "sampling", "methods"}
 ONLY_IN = {
     "pybullet": {"bullet"},
     "pybullet_data": {"bullet"},
