@@ -1,6 +1,6 @@
 """Every method, at many sample sizes, drawn in three ways, many times over.
 
-A study of one workspace is a dictionary, written to ``data/results/study_<world>.json``.
+A study of one workspace is a dictionary, written to `data/results/study_<world>.json`.
 Its layout, which claims and figures read::
 
     {"workspace": "free", "profile": "full", "seed": 0, "n_charts": 4,

@@ -38,6 +38,8 @@ ROW = [
     "sampling",
     "methods",
     "comparison",
+    "execution",
+    "trial",
     "evaluation",
     "study",
     "claims",
