@@ -106,8 +106,9 @@ def compare(
     """
     pair = [np.atleast_2d(np.asarray(errors[name])) for name in (method, baseline)]
     draws = Resamples(pair[0].shape, n_resamples=n_resamples, seed=seed)
-    summarise = draws.spreads if spread else draws.means
-    top, bottom = (summarise(values, weights) for values in pair)
+    top, bottom = (
+        draws.average(draws.per_set(values, weights, spread=spread)) for values in pair
+    )
     ratios = top / bottom
     low, high = interval(ratios[1:])
     return Comparison(measure, method, baseline, float(ratios[0]), low, high)
@@ -128,7 +129,7 @@ class Resamples:
     Examples
     --------
     >>> draws = Resamples((1, 3), n_resamples=2)
-    >>> draws.means(np.array([[1.0, 2.0, 6.0]])).shape
+    >>> draws.average(draws.per_set([[1.0, 2.0, 6.0]])).shape
     (3,)
     """
 
@@ -142,55 +143,55 @@ class Resamples:
             for n in shape
         )
 
-    def means(self, errors: Array, weights: ArrayLike | None = None) -> Array:
-        """Average errors over training sets and test tasks.
+    def per_set(
+        self,
+        errors: ArrayLike,
+        weights: ArrayLike | None = None,
+        *,
+        spread: bool = False,
+    ) -> Array:
+        """Average errors over the test tasks, one number a training set.
 
         Parameters
         ----------
-        errors : ndarray of shape (n_training_sets, n_test_tasks)
+        errors : array_like of shape (n_training_sets, n_test_tasks)
             Errors.
         weights : array_like of shape (n_test_tasks,), optional
-            How much each test task counts.
+            How much each test task counts; by default all the same.
+        spread : bool, default=False
+            Whether to measure their standard deviation instead, with the number of
+            test tasks less one in the denominator.
 
         Returns
         -------
-        ndarray of shape (1 + n_resamples,)
-            The mean, and then that of each resample.
+        ndarray of shape (1 + n_resamples, n_training_sets)
+            For the test tasks as they are, and then for those of each resample.
         """
-        per_set = self._task_weights(weights) @ errors.T
-        return self._average_sets(per_set)
-
-    def spreads(self, errors: Array, weights: ArrayLike | None = None) -> Array:
-        """Average over training sets the standard deviation over test tasks.
-
-        Parameters
-        ----------
-        errors : ndarray of shape (n_training_sets, n_test_tasks)
-            Errors.
-        weights : array_like of shape (n_test_tasks,), optional
-            How much each test task counts.
-
-        Returns
-        -------
-        ndarray of shape (1 + n_resamples,)
-            The spread, and then that of each resample; of n tasks, with n - 1 in the
-            denominator.
-        """
-        shares = self._task_weights(weights)
-        n_tasks = errors.shape[1]
-        centred = errors - errors.mean(axis=1, keepdims=True)
-        variances = shares @ (centred.T**2) - (shares @ centred.T) ** 2
-        variances *= n_tasks / max(1, n_tasks - 1)
-        return self._average_sets(np.sqrt(np.maximum(variances, 0.0)))
-
-    def _task_weights(self, weights: ArrayLike | None) -> Array:
-        """Return each resample's weights of the test tasks, which sum to one."""
         counted = self._tasks * (1.0 if weights is None else np.asarray(weights))
-        return np.asarray(counted / counted.sum(axis=1, keepdims=True))
+        shares = counted / counted.sum(axis=1, keepdims=True)
+        values = np.asarray(errors, dtype=float)
+        if not spread:
+            return np.asarray(shares @ values.T)
+        centred = (values - values.mean(axis=1, keepdims=True)).T
+        variances = shares @ centred**2 - (shares @ centred) ** 2
+        n_tasks = len(centred)
+        variances *= n_tasks / max(1, n_tasks - 1)
+        return np.asarray(np.sqrt(np.maximum(variances, 0.0)))
 
-    def _average_sets(self, per_set: Array) -> Array:
-        n_sets = self._sets.shape[1]
-        return np.asarray((self._sets * per_set).sum(axis=1) / n_sets)
+    def average(self, per_set: Array) -> Array:
+        """Average over training sets, in each resample over those drawn.
+
+        Parameters
+        ----------
+        per_set : ndarray of shape (1 + n_resamples, n_training_sets)
+            See the method of that name.
+
+        Returns
+        -------
+        ndarray of shape (1 + n_resamples,)
+            The average, and then that of each resample.
+        """
+        return np.asarray((self._sets * per_set).mean(axis=1))
 
 
 def interval(resampled: Array) -> tuple[float, float]:

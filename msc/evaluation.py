@@ -11,14 +11,13 @@ from numpy.typing import ArrayLike
 
 from msc.comparison import Comparison, compare
 from msc.execution import summarise_execution
-from msc.methods import METHODS
+from msc.methods import COMMON
 from msc.smce import SMCE
 from msc.trial import READINGS, Trial
 
 __all__ = ["READINGS", "Experiment"]
 
 PROFILES = {"quick": 1_000, "full": 20_000}  # bootstrap resamples
-OTHER_KERNELS = ("single, Matérn", "single, periodic")  # dear to fit
 
 
 class Experiment(Trial):
@@ -34,8 +33,8 @@ class Experiment(Trial):
         Indices of the grid tasks to train on.
     n_charts : int or None, default=4
         Charts, as the paper's figures have them; None leaves it to the elbow.
-    names : iterable of str, optional
-        Which of `msc.methods.METHODS`; by default all but those with other kernels.
+    names : iterable of str, default=COMMON
+        Which of `msc.methods.METHODS`; by default not those with other kernels.
     profile : {"quick", "full"}, default="quick"
         How many bootstrap resamples an interval rests on.
     seed : int, default=0
@@ -54,7 +53,7 @@ class Experiment(Trial):
         n_samples: int | None = None,
         chosen: ArrayLike | None = None,
         n_charts: int | None = 4,
-        names: Iterable[str] | None = None,
+        names: Iterable[str] = COMMON,
         profile: str = "quick",
         seed: int = 0,
     ) -> None:
@@ -65,8 +64,6 @@ class Experiment(Trial):
                 f"n_samples={n_samples!r}, chosen={chosen!r}; wanted one of the two"
             )
         training: Any = n_samples if chosen is None else chosen
-        if names is None:
-            names = (method for method in METHODS if method not in OTHER_KERNELS)
         super().__init__(name, training, n_charts=n_charts, names=names, seed=seed)
         self.n_resamples = PROFILES[profile]
 

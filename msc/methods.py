@@ -33,6 +33,7 @@ METHODS = (
     "mean policy",
     "zero policy",
 )
+COMMON = tuple(name for name in METHODS if name not in METHODS[3:5])  # quick to fit
 
 Array = NDArray[np.float64]
 

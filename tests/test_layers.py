@@ -41,6 +41,7 @@ ROW = [
     "execution",
     "trial",
     "evaluation",
+    "cells",
     "study",
     "claims",
     "plots",
@@ -50,6 +51,7 @@ ROW = [
     "notebook",
     "chapters",
     "book",
+    "cli_search",
     "cli",
 ]
 ROBOT = set(ROW[: ROW.index("spectral")]) - {"tables", "jumps"}
