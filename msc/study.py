@@ -38,10 +38,7 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Iterator
-from dataclasses import dataclass
 from importlib import import_module, metadata
-from itertools import product
 from typing import Any
 
 import numpy as np
@@ -49,60 +46,14 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from msc.cells import Errors, measure, summarise_trials
-from msc.methods import COMMON, METHODS
-from msc.sampling import draw_samples, task_density
+from msc.plan import N_CHARTS, PROFILES, list_groups
+from msc.sampling import task_density
 from msc.tables import checksum, find_data, load_dataset
 from msc.trial import Trial
 from msc.workers import call_in_order
 
 WORLDS = ("free", "obstacles")
-N_CHARTS = 4  # as the paper has in both workspaces
-MANY, FEW_DRAWS = 100, 10  # samples from which on sets are drawn at random less often
 _PACKAGES = ("numpy", "scikit-learn", "cvxpy", "pybullet")
-
-
-@dataclass(frozen=True)
-class Profile:
-    """How much a study does.
-
-    Attributes
-    ----------
-    repetitions : int
-        Training sets of each size and design, at most.
-    sizes : dict from str to tuple of int
-        Sample sizes of each design.
-    sweep_charts, sweep_sizes : tuple of int
-        Numbers of charts tried at each of these sample sizes, evenly spaced.
-    sweep_repetitions : int
-        Training sets of each, at most.
-    n_resamples : int
-        Bootstrap resamples.
-    n_elbows : int
-        Resamplings of the policies in which an elbow is looked for.
-    """
-
-    repetitions: int
-    sizes: dict[str, tuple[int, ...]]
-    sweep_charts: tuple[int, ...]
-    sweep_sizes: tuple[int, ...]
-    sweep_repetitions: int
-    n_resamples: int
-    n_elbows: int
-
-
-_SIZES = (8, 12, 16, 24, 36, 50, 72, 100, 180, 360)
-PROFILES = {
-    "quick": Profile(3, {"even": (8, 24, 72)}, (1, 4, 8), (24,), 3, 1_000, 5),
-    "full": Profile(
-        30,
-        {"even": _SIZES, "uniform": _SIZES, "nonuniform": (16, 24, 50, 100)},
-        tuple(range(1, 9)),
-        (24, 100, 360),
-        10,
-        5_000,
-        50,
-    ),
-}
 
 
 def run_study(
@@ -120,7 +71,7 @@ def run_study(
     name : {"free", "obstacles"}
         The workspace and its data.
     profile : {"quick", "full"}, default="quick"
-        How much to do, see `Profile`.
+        How much to do, see `msc.plan`.
     seed : int, default=0
         Seed of the training sets, the clustering and the resampling.
     jobs : int, default=1
@@ -144,7 +95,7 @@ def run_study(
     tasks = load_dataset(name)[0]
     test_tasks, _, test_table = load_dataset(f"{name}_test")
     weights = pd.Series(task_density(test_tasks[:, 0]), index=test_table["task_deg"])
-    groups = [*_list_cells(plan, tasks, seed), *_list_sweep(plan, tasks, seed)]
+    groups = list_groups(plan, tasks, seed)
     calls = [
         (name, chosen, group.n_charts, group.names, seed)
         for group in groups
@@ -182,7 +133,7 @@ def run_elbows(
     name : {"free", "obstacles"}
         The workspace and its data.
     profile : {"quick", "full"}, default="quick"
-        How much to do, see `Profile`.
+        How much to do, see `msc.plan`.
     seed : int, default=0
         Seed of the resamplings.
     jobs : int, default=1
@@ -234,41 +185,6 @@ def _join_lines(found: re.Match[str]) -> str:
     """Put brackets, and all that is between them, on one line."""
     line = " ".join(found[0].split())
     return f"{line[0]}{line[1:-1].strip()}{line[-1]}"
-
-
-@dataclass(frozen=True)
-class _Group:
-    """Training sets whose trials are summarised together."""
-
-    design: str
-    sets: list[NDArray[np.intp]]
-    n_charts: int = N_CHARTS
-    names: tuple[str, ...] = METHODS
-    is_sweep: bool = False
-
-
-def _list_cells(
-    plan: Profile, tasks: NDArray[np.float64], seed: int
-) -> Iterator[_Group]:
-    """Draw the training sets of all methods, by design and size."""
-    for design, sizes in plan.sizes.items():
-        is_even = design == "even"
-        names = METHODS if is_even else COMMON
-        for n_samples in sizes:
-            few = n_samples >= MANY and not is_even
-            n_draws = min(plan.repetitions, FEW_DRAWS) if few else plan.repetitions
-            sets = draw_samples(design, tasks, n_samples, n_draws=n_draws, seed=seed)
-            yield _Group(design, sets, names=names)
-
-
-def _list_sweep(
-    plan: Profile, tasks: NDArray[np.float64], seed: int
-) -> Iterator[_Group]:
-    """Draw the training sets of charts alone, by their number and the sample size."""
-    for n_charts, n_samples in product(plan.sweep_charts, plan.sweep_sizes):
-        n_draws = plan.sweep_repetitions
-        sets = draw_samples("even", tasks, n_samples, n_draws=n_draws, seed=seed)
-        yield _Group("even", sets, n_charts, ("charts",), is_sweep=True)
 
 
 def _try(

@@ -42,6 +42,7 @@ ROW = [
     "trial",
     "evaluation",
     "cells",
+    "plan",
     "study",
     "claims",
     "plots",
