@@ -91,8 +91,9 @@ def compare(
 
     The interval covers which training sets were drawn and which tasks tested, within
     one world and one search of its policies. It does not cover another world (other
-    obstacles, another arm) nor another search; with one training set it does not cover
-    the training set either.
+    obstacles, another arm) nor another search. A handful of training sets says little
+    about others, and the interval is then too narrow (with five and a strong influence
+    of the set, four in five cover the truth); with one it does not cover them at all.
 
     References
     ----------
