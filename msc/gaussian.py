@@ -11,22 +11,43 @@ from numpy.typing import NDArray
 from scipy.optimize import minimize
 from sklearn.exceptions import ConvergenceWarning
 from sklearn.gaussian_process import GaussianProcessClassifier, GaussianProcessRegressor
-from sklearn.gaussian_process.kernels import RBF, ConstantKernel, WhiteKernel
+from sklearn.gaussian_process.kernels import (
+    RBF,
+    ConstantKernel,
+    ExpSineSquared,
+    Kernel,
+    Matern,
+    WhiteKernel,
+)
 
 Array = NDArray[np.float64]
 Optimum = tuple[Array, float]
 
+_RANGE = (1e-2, 1e2)  # rad; bounds of the length scale
 _LENGTH_SCALES = (0.2, 0.7, 2.5)  # rad; starts of the likelihood's search
 _NOISES = (1e-6, 1e-3, 1e-1)  # of the policies' variance; likewise
 
 
-def gaussian_process() -> GaussianProcessRegressor:
+def gaussian_process(kernel: str = "squared exponential") -> GaussianProcessRegressor:
     """Build the regression each chart and policy dimension gets by default.
+
+    Parameters
+    ----------
+    kernel : {"squared exponential", "matern", "periodic"}
+        How alike two tasks' policies are, with their distance d and a length scale l:
+        exp(-d²/2l²), infinitely smooth; the Matérn kernel of order 3/2,
+        (1 + √3 d/l) exp(-√3 d/l), smooth once; or exp(-2 sin²(d/2)/l²), whose period
+        of 2π closes the circle of a single task angle.
 
     Returns
     -------
     GaussianProcessRegressor
-        Unfitted; squared exponential plus white noise on standardised targets.
+        Unfitted; the kernel plus white noise on standardised targets.
+
+    Raises
+    ------
+    ValueError
+        If the kernel is another.
 
     Notes
     -----
@@ -41,7 +62,8 @@ def gaussian_process() -> GaussianProcessRegressor:
     Hyper-parameters maximise the marginal likelihood, by L-BFGS-B from three fixed
     starts: length scales 0.2, 0.7 and 2.5, each with the likeliest noise of 1e-6, 1e-3
     and 0.1. On targets with jumps two random restarts often end in a worse optimum,
-    these seldom; and nothing is random.
+    these seldom; and nothing is random. Each kernel falls off over about one length
+    scale, so that bounds and starts serve all three alike.
 
     Examples
     --------
@@ -52,9 +74,11 @@ def gaussian_process() -> GaussianProcessRegressor:
     >>> bool(abs(model.predict([[1.5]]) - np.sin(1.5)) < 1e-3)
     True
     """
+    if kernel not in _KERNELS:
+        raise ValueError(f"kernel={kernel!r}; wanted one of {tuple(_KERNELS)}")
     amplitude = ConstantKernel(1.0, (1e-3, 1e3))
     return _BoundedRegressor(
-        amplitude * RBF(1.0, (1e-2, 1e2)) + WhiteKernel(1e-3, (1e-8, 1.0)),
+        amplitude * _KERNELS[kernel]() + WhiteKernel(1e-3, (1e-8, 1.0)),
         normalize_y=True,
         optimizer=_refine_starts,
     )
@@ -69,8 +93,17 @@ def gaussian_classifier() -> GaussianProcessClassifier:
         Unfitted.
     """
     return _BoundedClassifier(
-        ConstantKernel(1.0, (1e-3, 1e3)) * RBF(1.0, (1e-2, 1e2)), optimizer=_refine
+        ConstantKernel(1.0, (1e-3, 1e3)) * RBF(1.0, _RANGE), optimizer=_refine
     )
+
+
+_KERNELS: dict[str, Callable[[], Kernel]] = {
+    "squared exponential": lambda: RBF(1.0, _RANGE),
+    "matern": lambda: Matern(1.0, _RANGE, nu=1.5),
+    "periodic": lambda: ExpSineSquared(
+        1.0, 2 * np.pi, length_scale_bounds=_RANGE, periodicity_bounds="fixed"
+    ),
+}
 
 
 class _AtBounds:

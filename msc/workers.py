@@ -7,6 +7,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from joblib import Parallel, delayed, parallel_config
+from threadpoolctl import threadpool_limits
 from tqdm import tqdm
 
 from msc.journal import identify_code
@@ -86,16 +87,25 @@ def call_in_order(
     list
         What the calls returned.
 
+    Notes
+    -----
+    One thread a process, one process included: a matrix product on two threads adds up
+    in another order, and two processes of two threads each are slower.
+
     Examples
     --------
     >>> call_in_order(pow, [(2, 3), (3, 2)], label="powers")
     [8, 9]
     """
     listed = list(calls)
-    found = Parallel(n_jobs=jobs, return_as="generator")(
-        delayed(function)(*call) for call in listed
-    )
-    return list(tqdm(found, desc=label, total=len(listed), disable=not progress))
+    with (
+        threadpool_limits(1),
+        parallel_config("loky", n_jobs=jobs, inner_max_num_threads=1),
+    ):
+        found = Parallel(return_as="generator")(
+            delayed(function)(*call) for call in listed
+        )
+        return list(tqdm(found, desc=label, total=len(listed), disable=not progress))
 
 
 @contextmanager

@@ -14,6 +14,7 @@ from PIL import Image
 
 import msc.camera
 import msc.cli
+import msc.cli_search
 import msc.dataset
 import msc.search
 import msc.survey
@@ -183,7 +184,7 @@ def test_what_was_found_survives_a_full_disk(short, monkeypatch, capsys):
         raise OSError(28, "No space left on device", "free.csv")
 
     with monkeypatch.context() as patch:
-        patch.setattr(msc.cli, "save_table", fail)
+        patch.setattr(msc.cli_search, "save_table", fail)
         assert main([*SEARCH, "--out", "free.csv"]) == 2
     assert "No space left on device: free.csv" in capsys.readouterr().err
     assert files() == [".free.csv.partial"]

@@ -3,8 +3,9 @@ import pandas as pd
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.stats import bootstrap
 
-from msc.comparison import Comparison, compare
+from msc.comparison import Comparison, Resamples, compare
 
 rng = np.random.default_rng(0)
 difficulty = rng.lognormal(0, 2, size=60)  # of the task, for all methods alike
@@ -78,6 +79,97 @@ def test_the_interval_covers_the_truth_about_as_often_as_it_says():
         found = compared("a", "b", table, n_resamples=200)
         covered += found.low <= 0.5 <= found.high
     assert 85 <= covered <= 100
+
+
+# Against others' intervals
+
+
+def ratio_of_means(top, bottom, axis):
+    return top.mean(axis=axis) / bottom.mean(axis=axis)
+
+
+def ratio_of_spreads(top, bottom, axis):
+    return top.std(axis=axis, ddof=1) / bottom.std(axis=axis, ddof=1)
+
+
+@pytest.mark.parametrize(
+    ("spread", "statistic"), [(False, ratio_of_means), (True, ratio_of_spreads)]
+)
+def test_with_one_training_set_it_is_scipy_s_interval(spread, statistic):
+    interval = bootstrap(
+        (errors["good"], errors["bad"]),
+        statistic,
+        paired=True,
+        n_resamples=5_000,
+        method="percentile",
+        rng=np.random.default_rng(1),
+    ).confidence_interval
+    found = compared("good", "bad", spread=spread, n_resamples=5_000)
+    np.testing.assert_allclose(found.ratio, statistic(*errors.to_numpy().T, axis=0))
+    np.testing.assert_allclose([found.low, found.high], interval, rtol=0.03)
+    table = {name: values.to_numpy()[None] for name, values in errors.items()}
+    assert compared("good", "bad", table, spread=spread, n_resamples=5_000) == found
+
+
+def test_the_variance_of_a_mean_is_that_of_the_pigeonhole_bootstrap():
+    n_sets, n_tasks = 7, 11
+    values = rng.normal(size=(n_sets, 1)) + 2 * rng.normal(size=n_tasks)
+    values += 0.5 * rng.normal(size=(n_sets, n_tasks))
+    draws = Resamples(values.shape, n_resamples=50_000)
+    found = draws.average(draws.per_set(values))[1:]
+    rows, columns = values.mean(axis=1), values.mean(axis=0)
+    rest = values - rows[:, None] - columns + values.mean()
+    expected = rows.var() / n_sets + columns.var() / n_tasks
+    expected += rest.var() / (n_sets * n_tasks)  # exactly, over all resamples
+    assert found.mean() == pytest.approx(values.mean(), abs=0.02)
+    assert found.var() == pytest.approx(expected, rel=0.04)
+
+
+def test_averages_are_those_of_the_sets_and_tasks_drawn():
+    values, weights = rng.exponential(size=(3, 5)), rng.uniform(1, 2, size=5)
+    draws = Resamples(values.shape, n_resamples=20)
+    for spread in (False, True):
+        per_set = draws.per_set(values, spread=spread)
+        averages = draws.average(per_set)
+        for sets, tasks, average in zip(
+            draws._sets, draws._tasks, averages, strict=True
+        ):
+            drawn = values[np.repeat(range(3), sets.astype(int))]
+            drawn = drawn[:, np.repeat(range(5), tasks.astype(int))]
+            if spread:  # resampled tasks, but the sample's own correction of n - 1
+                expected = drawn.std(axis=1).mean() * np.sqrt(5 / 4)
+            else:
+                expected = drawn.mean()
+            assert average == pytest.approx(expected)
+    weighted = draws.per_set(values, weights)[0]
+    np.testing.assert_allclose(weighted, np.average(values, axis=1, weights=weights))
+
+
+def test_weights_are_repeated_tasks():
+    values = {"a": rng.exponential(size=(4, 6)), "b": rng.exponential(size=(4, 6))}
+    counts = np.array([1, 2, 1, 3, 1, 1])
+    repeated = {name: np.repeat(e, counts, axis=1) for name, e in values.items()}
+    assert compared("a", "b", values, weights=counts).ratio == pytest.approx(
+        compared("a", "b", repeated).ratio
+    )
+
+
+@pytest.mark.parametrize(("n_sets", "at_least"), [(5, 72), (25, 88)])
+def test_the_interval_covers_other_training_sets_too(n_sets, at_least):
+    covered, narrow = 0, 0
+    for seed in range(100):
+        draws = np.random.default_rng(seed)
+        of_set = draws.gamma(4, 1 / 4, size=(2, n_sets, 1))  # luck of the training set
+        of_task = draws.exponential(1, size=40)
+        both = np.array([[[1]], [[2]]]) * of_set * of_task
+        table = dict(zip("ab", both, strict=True))
+        found = compared("a", "b", table, n_resamples=200)
+        covered += found.low <= 0.5 <= found.high
+        pooled = {name: values.mean(axis=0) for name, values in table.items()}
+        found = compared("a", "b", pooled, n_resamples=200)
+        narrow += found.low <= 0.5 <= found.high
+    assert covered >= at_least
+    assert narrow < 30  # what leaving the training sets out would cost
 
 
 def test_it_is_said_in_a_sentence():

@@ -8,8 +8,8 @@ from msc.search import cost
 from msc.tables import COLUMNS, WEIGHTS, save_table
 
 GRID, TEST = np.arange(0, 360, 15.0), np.array([5.0, 95.0, 170.0, 200.0, 292.0])
-METHODS = ["charts", "single regression", "nearest neighbour"]
-METHODS += ["mean policy", "zero policy"]
+METHODS = ["charts", "single regression", "CrKr", "nearest neighbour"]
+METHODS += ["linear interpolation", "mean policy", "zero policy"]
 
 
 def made_up(tasks_deg):

@@ -35,8 +35,15 @@ ROW = [
     "gaussian",
     "skill",
     "crkr",
+    "sampling",
+    "methods",
     "comparison",
+    "execution",
+    "trial",
     "evaluation",
+    "cells",
+    "plan",
+    "study",
     "claims",
     "plots",
     "study_tables",
@@ -49,10 +56,11 @@ ROW = [
     "notebook",
     "chapters",
     "book",
+    "cli_search",
     "cli",
 ]
 ROBOT = set(ROW[: ROW.index("spectral")]) - {"tables", "jumps"}
-LEARNERS = {"spectral", "smce", "gaussian", "skill", "crkr"}
+LEARNERS = {"spectral", "smce", "gaussian", "skill", "crkr", "sampling", "methods"}
 ONLY_IN = {
     "pybullet": {"bullet"},
     "pybullet_data": {"bullet"},

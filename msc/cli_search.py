@@ -1,0 +1,244 @@
+"""The commands on tables of policies: search, audit, survey, render.
+
+The simulator and the search, which take seconds to load, are imported by the commands
+that need them.
+"""
+
+import argparse
+import json
+import re
+import sys
+import tempfile
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from msc.tables import load_dataset, replace_file, save_table
+from msc.workspace import Workspace
+
+if TYPE_CHECKING:
+    Commands = argparse._SubParsersAction[argparse.ArgumentParser]
+
+
+def add_search(commands: "Commands") -> None:
+    """Declare `msc search`.
+
+    Parameters
+    ----------
+    commands : argparse action
+        The commands of the parser.
+    """
+    parser = commands.add_parser("search", help="search the policies of many tasks")
+    parser.add_argument("--workspace", default="free", help="free (default), obstacles")
+    parser.add_argument("--tasks", type=int, default=72, help="how many (72)")
+    parser.add_argument("--offset", type=float, default=0.0, help="first angle (0)")
+    parser.add_argument("--guide", type=Path, help="a table: neighbours to start from")
+    parser.add_argument("--seed", type=int, default=0, help="seed of every draw (0)")
+    parser.add_argument("--jobs", type=int, default=2, help="worker processes (2)")
+    parser.add_argument("--dask", metavar="tcp://HOST:PORT", help="a Dask scheduler")
+    parser.add_argument("--out", type=Path, required=True, help="a .csv file")
+    parser.set_defaults(run=_run_search)
+
+
+def _run_search(options: argparse.Namespace) -> None:
+    """Search and write a table; go on where an interrupted search stopped."""
+    from msc.dataset import Plan, grid, search_tasks
+
+    guide: tuple[tuple[float, tuple[float, ...]], ...] = ()
+    if options.guide:
+        _, policies, known = load_dataset(options.guide)
+        guide = tuple(
+            zip(known["task_deg"], map(tuple, policies.tolist()), strict=True)
+        )
+    plan = Plan(
+        Workspace.named(options.workspace),
+        grid(options.tasks, options.offset),
+        options.seed,
+        guide=guide,
+    )
+    out: Path = options.out
+    check_output(out, ".csv", jobs=options.jobs, seed=options.seed)
+    journal = out.with_name(f".{out.name}.partial")
+    try:
+        table = search_tasks(
+            plan,
+            jobs=options.jobs,
+            dask=options.dask,
+            journal=journal,
+            progress=True,
+        )
+    except KeyboardInterrupt:
+        print("msc: the same command goes on from here", file=sys.stderr)
+        raise
+    command = (
+        f"msc search --workspace {options.workspace} --tasks {options.tasks}"
+        f" --offset {options.offset:.17g} --seed {options.seed}"
+        + (f" --guide data/{options.guide.name}" if options.guide else "")
+        + f" --out data/{out.name}"
+    )
+    save_table(table, out, command=command, seed=options.seed)
+    journal.unlink(missing_ok=True)
+    print(
+        f"{out}: {len(table)} tasks, at most {table['distance_m'].max():.2g} m missed"
+    )
+
+
+def add_audit(commands: "Commands") -> None:
+    """Declare `msc audit`.
+
+    Parameters
+    ----------
+    commands : argparse action
+        The commands of the parser.
+    """
+    parser = commands.add_parser("audit", help="examine a table of policies")
+    parser.add_argument("table", type=Path, help="a .csv file, as data/free.csv")
+    parser.add_argument("--sample", type=int, default=36, help="tasks searched again")
+    parser.add_argument("--seed", type=int, default=1, help="a fresh seed (1)")
+    parser.add_argument("--jobs", type=int, default=2, help="worker processes (2)")
+    parser.add_argument("--out", type=Path, help="a .json file")
+    parser.set_defaults(run=_run_audit)
+
+
+def _run_audit(options: argparse.Namespace) -> None:
+    """Execute a table's policies again, search some again, bisect its jumps."""
+    from msc.audit import LOWER, audit_table
+
+    out: Path | None = options.out
+    if out:
+        check_output(out, ".json", jobs=options.jobs, seed=options.seed)
+    found = audit_table(
+        options.table,
+        n_sample=options.sample,
+        seed=options.seed,
+        jobs=options.jobs,
+        progress=True,
+    )
+    if out:
+        replace_file(out, json.dumps(found, indent=2) + "\n")
+    executed, searched = found["executed"], found["searched"]
+    print(
+        f"executed again: {executed['identical']} of {found['n_tasks']} distances "
+        f"identical, the others within {executed['largest_difference_m']:.1e} m"
+    )
+    print(
+        f"searched again: {searched['n_cheaper']} of {len(searched['task_deg'])} tasks "
+        f"cheaper by more than {LOWER:.1%}, at most "
+        f"{max(0.0, -min(searched['change_of_cost'])):.2%}"
+    )
+    for jump in found["jumps"]:
+        low, high = jump["located_deg"]
+        verdict = "jump" if jump["is_jump"] else "no jump"
+        print(f"{verdict} between {low:.10g} and {high:.10g} degrees")
+
+
+def add_survey(commands: "Commands") -> None:
+    """Declare `msc survey`.
+
+    Parameters
+    ----------
+    commands : argparse action
+        The commands of the parser.
+    """
+    parser = commands.add_parser("survey", help="measure what fixed the world")
+    parser.add_argument("constant", choices=("cut", "layout"), help="which constant")
+    parser.add_argument("--seed", type=int, default=0, help="seed of every draw (0)")
+    parser.add_argument("--jobs", type=int, default=2, help="worker processes (2)")
+    parser.add_argument("--out", type=Path, required=True, help="a .json file")
+    parser.set_defaults(run=_run_survey)
+
+
+def _run_survey(options: argparse.Namespace) -> None:
+    """Measure where the circle is cut, or find the first fit layout of obstacles."""
+    from msc.survey import choose_layout, locate_cut
+
+    out: Path = options.out
+    check_output(out, ".json", jobs=options.jobs, seed=options.seed)
+    if options.constant == "cut":
+        found = locate_cut(seed=options.seed, jobs=options.jobs)
+    else:
+        found = choose_layout(seed=options.seed, jobs=options.jobs)
+    replace_file(out, json.dumps(found, indent=2) + "\n")
+    print(out)
+
+
+def add_render(commands: "Commands") -> None:
+    """Declare `msc render`.
+
+    Parameters
+    ----------
+    commands : argparse action
+        The commands of the parser.
+    """
+    parser = commands.add_parser("render", help="draw a movement of the arm")
+    parser.add_argument("--workspace", default="free", help="free (default), obstacles")
+    parser.add_argument("--task", type=float, required=True, help="task angle, degrees")
+    parser.add_argument(
+        "--policy",
+        type=float,
+        nargs="+",
+        help="six weights; by default the searched policy of the nearest task",
+    )
+    parser.add_argument(
+        "--out", type=Path, required=True, help="a .png, .gif or .mp4 file"
+    )
+    # argparse takes -1e-3 for an option: of numbers it knows -1 and -0.001 only.
+    parser._negative_number_matcher = re.compile(r"-\.?\d")
+    parser.set_defaults(run=_run_render)
+
+
+def _run_render(options: argparse.Namespace) -> None:
+    """Execute a policy and draw what happened: a strip of pictures or a film."""
+    from msc.arm import Arm
+    from msc.camera import check_suffix, render
+
+    out: Path = options.out
+    check_suffix(out)
+    check_output(out, out.suffix)
+    world = Workspace.named(options.workspace)
+    target = world.target(options.task)
+    policy, origin = options.policy, "the given policy"
+    if policy is None:
+        _, policies, table = load_dataset(options.workspace)
+        gaps = (table["task_deg"] - options.task + 180) % 360 - 180
+        nearest = int(gaps.abs().argmin())
+        policy = policies[nearest]
+        origin = f"the policy searched for {table['task_deg'][nearest]:g}°"
+    with Arm(world) as arm:
+        rollout = arm.execute(policy, options.task)
+    render(world, rollout, target, out)
+    print(f"{out}: {origin} ends {100 * rollout.error:.2f} cm from the target")
+
+
+def check_output(out: Path, suffix: str, *, jobs: int = 1, seed: int = 0) -> None:
+    """Refuse, before hours of work, what would spoil its end.
+
+    Parameters
+    ----------
+    out : Path
+        The file to be written; its folder is made if it is missing.
+    suffix : str
+        How its name must end.
+    jobs, seed : int
+        Worker processes and the seed of every draw.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not as wanted, or the file cannot be written.
+    """
+    if seed < 0:
+        raise ValueError(f"seed={seed}; wanted 0 or more")
+    if jobs < 1:
+        raise ValueError(f"jobs={jobs}; wanted at least 1")
+    if out.suffix != suffix:
+        raise ValueError(f"out={out}; wanted a name ending in {suffix}")
+    if out.is_dir():
+        raise ValueError(f"out={out} is a folder; wanted the name of a file")
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=out.parent):
+            pass
+    except OSError as error:
+        raise ValueError(
+            f"out={out}: its folder cannot be written to: {error.strerror}"
+        ) from None

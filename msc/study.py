@@ -1,0 +1,210 @@
+"""Every method, at many sample sizes, drawn in three ways, many times over.
+
+A study of one workspace is a dictionary, written to `data/results/study_<world>.json`.
+Its layout, which claims and figures read::
+
+    {"workspace": "free", "profile": "full", "seed": 0, "n_charts": 4,
+     "provenance": {
+         "command": "msc evaluate --profile full --seed 0",
+         "data": {"free.csv": "sha256:…", "free_test.csv": "sha256:…"},
+         "versions": {"numpy": "…", "scikit-learn": "…", "cvxpy": "…",
+                      "pybullet": "…"}},
+     "cells": [
+         {"design": "even" | "uniform" | "nonuniform", "n_samples": 24,
+          "repetitions": 15,
+          "measures": {MEASURE: {METHOD: SUMMARY}},
+          "ratios": [{"measure": MEASURE, "method": "charts", "baseline": METHOD,
+                      "ratio": 0.5, "low": 0.4, "high": 0.7}, …]}, …],
+     "sweep": [
+         {"n_charts": 1, "n_samples": 24, "repetitions": 10,
+          "measures": {MEASURE: {"charts": SUMMARY}}}, …]}
+
+``SUMMARY`` is ``{"mean", "std", "median", "p95", "low", "high", "per_repetition"}``.
+``MEASURE`` is one of "mse, gate learned", "mse, chart known", "mse, away from jumps",
+"mse, beside jumps", "standardised mse, gate learned", "error_cm", "excess_cost",
+"under_1_cm", "touched" (shares) and "error_cm spread" (standard deviation over the test
+tasks). A measure that no test task belongs to is left out, as beside jumps where there
+are none; shares have no ratios. ``METHOD`` is a name of `msc.methods`: "charts",
+"single regression", "CrKr", "single, Matérn", "single, periodic" (these two in the even
+design only), "nearest neighbour", "linear interpolation", "mean policy" and "zero
+policy". ``low`` and ``high`` bound 95 % bootstrap intervals, see `msc.comparison`.
+
+Evenly spaced sets are all there are, one for each first task, up to thirty; uniform and
+nonuniform ones thirty, but ten from 100 samples on, where fits are dear and sets alike.
+In the nonuniform design test tasks count by the same density, as in Eq. 1.
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from importlib import import_module, metadata
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from msc.cells import Errors, measure, summarise_trials
+from msc.plan import N_CHARTS, PROFILES, list_groups
+from msc.sampling import task_density
+from msc.tables import checksum, find_data, load_dataset
+from msc.trial import Trial
+from msc.workers import call_in_order
+
+WORLDS = ("free", "obstacles")
+_PACKAGES = ("numpy", "scikit-learn", "cvxpy", "pybullet")
+
+
+def run_study(
+    name: str,
+    *,
+    profile: str = "quick",
+    seed: int = 0,
+    jobs: int = 1,
+    progress: bool = False,
+) -> dict[str, Any]:
+    """Fit all methods to many training sets of a workspace, and test them.
+
+    Parameters
+    ----------
+    name : {"free", "obstacles"}
+        The workspace and its data.
+    profile : {"quick", "full"}, default="quick"
+        How much to do, see `msc.plan`.
+    seed : int, default=0
+        Seed of the training sets, the clustering and the resampling.
+    jobs : int, default=1
+        Worker processes; the result does not depend on them.
+    progress : bool, default=False
+        Whether to show a progress bar on standard error.
+
+    Returns
+    -------
+    dict
+        Laid out as the head of this module says.
+
+    Raises
+    ------
+    ValueError
+        If the workspace or the profile is another, or its data are unusable.
+    """
+    if profile not in PROFILES:
+        raise ValueError(f"profile={profile!r}; wanted one of {tuple(PROFILES)}")
+    plan = PROFILES[profile]
+    tasks = load_dataset(name)[0]
+    test_tasks, _, test_table = load_dataset(f"{name}_test")
+    weights = pd.Series(task_density(test_tasks[:, 0]), index=test_table["task_deg"])
+    groups = list_groups(plan, tasks, seed)
+    calls = [
+        (name, chosen, group.n_charts, group.names, seed)
+        for group in groups
+        for chosen in group.sets
+    ]
+    found = iter(
+        call_in_order(_try, calls, jobs=jobs, label=f"study, {name}", progress=progress)
+    )
+    cells: list[dict[str, Any]] = []
+    sweep: list[dict[str, Any]] = []
+    for group in groups:
+        summary = summarise_trials(
+            [next(found) for _ in group.sets],
+            weights if group.design == "nonuniform" else None,
+            n_resamples=plan.n_resamples,
+            seed=seed,
+        )
+        size = {"n_samples": len(group.sets[0]), "repetitions": len(group.sets)}
+        if group.is_sweep:
+            measures = {"measures": summary["measures"]}
+            sweep.append({"n_charts": group.n_charts, **size, **measures})
+        else:
+            cells.append({"design": group.design, **size, **summary})
+    head = _head(name, profile, seed, n_charts=N_CHARTS)
+    return {**head, "cells": cells, "sweep": sweep}
+
+
+def run_elbows(
+    name: str, *, profile: str = "quick", seed: int = 0, jobs: int = 1
+) -> dict[str, Any]:
+    """Count the charts that the elbow picks in a workspace, by every curve.
+
+    Parameters
+    ----------
+    name : {"free", "obstacles"}
+        The workspace and its data.
+    profile : {"quick", "full"}, default="quick"
+        How much to do, see `msc.plan`.
+    seed : int, default=0
+        Seed of the resamplings.
+    jobs : int, default=1
+        Worker processes; the result does not depend on them.
+
+    Returns
+    -------
+    dict
+        What `msc.elbows.measure_elbows` found, and what it rests on.
+    """
+    tasks, policies, _ = load_dataset(name)
+    found = import_module("msc.elbows").measure_elbows(
+        tasks, policies, n_resamples=PROFILES[profile].n_elbows, seed=seed, jobs=jobs
+    )
+    return {**_head(name, profile, seed), **found}
+
+
+def format_study(found: dict[str, Any]) -> str:
+    """Write a study as JSON, a summary or a ratio a line.
+
+    Parameters
+    ----------
+    found : dict
+        The study.
+
+    Returns
+    -------
+    str
+        The text.
+
+    Examples
+    --------
+    >>> print(format_study({"seed": 0, "cells": [{"mean": 1.5, "per": [1, 2]}]}))
+    {
+      "seed": 0,
+      "cells": [
+        {"mean": 1.5, "per": [1, 2]}
+      ]
+    }
+    <BLANKLINE>
+    """
+    text = json.dumps(found, indent=2, ensure_ascii=False, allow_nan=False)
+    for innermost in (r"\[[^][{}]*\]", r"\{[^{}]*\}"):
+        text = re.sub(innermost, _join_lines, text)
+    return text + "\n"
+
+
+def _join_lines(found: re.Match[str]) -> str:
+    """Put brackets, and all that is between them, on one line."""
+    line = " ".join(found[0].split())
+    return f"{line[0]}{line[1:-1].strip()}{line[-1]}"
+
+
+def _try(
+    name: str,
+    chosen: NDArray[np.intp],
+    n_charts: int,
+    names: tuple[str, ...],
+    seed: int,
+) -> Errors:
+    """Fit and test on one training set, in a worker."""
+    return measure(Trial(name, chosen, n_charts=n_charts, names=names, seed=seed))
+
+
+def _head(name: str, profile: str, seed: int, **more: Any) -> dict[str, Any]:
+    """Say what was measured, by which command, of which data."""
+    tables = (f"{name}.csv", f"{name}_test.csv")
+    provenance = {
+        "command": f"msc evaluate --profile {profile} --seed {seed}",
+        "data": {table: checksum(find_data() / table) for table in tables},
+        "versions": {package: metadata.version(package) for package in _PACKAGES},
+    }
+    head = {"workspace": name, "profile": profile, "seed": seed, **more}
+    return {**head, "provenance": provenance}

@@ -1,0 +1,168 @@
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.interpolate import interp1d
+from sklearn.base import clone
+from sklearn.gaussian_process import GaussianProcessRegressor
+from sklearn.gaussian_process.kernels import (
+    ConstantKernel,
+    ExpSineSquared,
+    Matern,
+    WhiteKernel,
+)
+
+from msc.crkr import CrKR
+from msc.gaussian import gaussian_process
+from msc.methods import COMMON, METHODS, LinearInterpolation, fit_methods, methods
+from msc.skill import ParameterizedSkill
+from msc.smce import SMCE
+
+rng = np.random.default_rng(0)
+tasks = np.sort(rng.uniform(0, 2 * np.pi, 14))[:, None]
+policies = np.c_[np.sin(tasks), np.cos(2 * tasks)] + 4 * (tasks > 3)
+cost = rng.uniform(0.05, 0.3, 14)
+new_tasks = np.linspace(-0.2, 2 * np.pi, 25)[:, None]
+
+
+@pytest.fixture(scope="module")
+def fitted():
+    return fit_methods(tasks, policies, cost, n_charts=2)
+
+
+def test_every_method_has_its_name(fitted):
+    assert tuple(methods()) == tuple(fitted) == METHODS
+    assert set(METHODS) - set(COMMON) == {"single, Matérn", "single, periodic"}
+
+
+def test_methods_are_fresh_and_can_be_cloned():
+    one, other = methods(), methods()
+    for name in METHODS:
+        assert one[name] is not other[name]
+        assert repr(clone(one[name])) == repr(one[name])
+
+
+def test_charts_are_as_many_as_asked_for(fitted):
+    assert fitted["charts"].n_charts_ == 2
+    alone = ParameterizedSkill(SMCE(2, random_state=0), random_state=0)
+    np.testing.assert_array_equal(
+        fitted["charts"].predict(new_tasks),
+        alone.fit(tasks, policies).predict(new_tasks),
+    )
+
+
+# Single regressions
+
+
+@pytest.mark.parametrize(
+    ("name", "kernel"),
+    [
+        ("single, Matérn", Matern(1.0, (1e-2, 1e2), nu=1.5)),
+        (
+            "single, periodic",
+            ExpSineSquared(1.0, 2 * np.pi, (1e-2, 1e2), periodicity_bounds="fixed"),
+        ),
+    ],
+)
+@pytest.mark.filterwarnings("ignore::sklearn.exceptions.ConvergenceWarning")
+def test_other_kernels_are_scikit_learn_s_at_their_likeliest(fitted, name, kernel):
+    kernel = ConstantKernel(1.0, (1e-3, 1e3)) * kernel + WhiteKernel(1e-3, (1e-8, 1))
+    for ours, values in zip(fitted[name].regressors_[0], policies.T, strict=True):
+        assert str(ours.kernel) == str(kernel)
+        plain = GaussianProcessRegressor(
+            kernel, normalize_y=True, n_restarts_optimizer=4, random_state=0
+        ).fit(tasks, values)
+        best = plain.log_marginal_likelihood_value_
+        assert ours.log_marginal_likelihood_value_ >= best - 1e-3
+        fixed = GaussianProcessRegressor(
+            ours.kernel_, normalize_y=True, optimizer=None
+        ).fit(tasks, values)
+        np.testing.assert_allclose(
+            ours.predict(new_tasks), fixed.predict(new_tasks), rtol=1e-6
+        )
+
+
+def test_a_periodic_regression_closes_the_circle(fitted):
+    ends = fitted["single, periodic"].predict([[0.0], [2 * np.pi]])
+    np.testing.assert_allclose(*ends, atol=1e-9)
+    ends = fitted["single regression"].predict([[0.0], [2 * np.pi]])
+    assert np.abs(ends[1] - ends[0]).max() > 0.1
+
+
+def test_an_unknown_kernel_is_named():
+    with pytest.raises(ValueError, match="kernel='rbf'; wanted one of"):
+        gaussian_process("rbf")
+
+
+# CrKr
+
+
+def test_crkr_is_given_the_cost_over_its_mean(fitted):
+    alone = CrKR(tune=True).fit(tasks, policies, cost=cost / cost.mean())
+    assert fitted["CrKr"].ridge_ == alone.ridge_
+    np.testing.assert_array_equal(
+        fitted["CrKr"].predict(new_tasks), alone.predict(new_tasks)
+    )
+    indifferent = CrKR(tune=True).fit(tasks, policies)
+    assert np.abs(indifferent.predict(tasks) - alone.predict(tasks)).max() > 1e-9
+
+
+@pytest.mark.parametrize("bad", [0.0, -1.0, np.nan])
+def test_a_cost_is_positive(bad):
+    with pytest.raises(
+        ValueError, match=f"cost must be positive and finite. Got {bad}"
+    ):
+        fit_methods(tasks, policies, np.where(cost == cost[3], bad, 1), names=["CrKr"])
+
+
+# What needs no learning
+
+
+def test_the_nearest_neighbour_s_policy(fitted):
+    nearest = np.abs(new_tasks - tasks.T).argmin(axis=1)
+    predicted = fitted["nearest neighbour"].predict(new_tasks)
+    np.testing.assert_array_equal(predicted, policies[nearest])
+
+
+def test_the_mean_and_the_zero_policy(fitted):
+    mean, zero = (
+        fitted[f"{one} policy"].predict(new_tasks) for one in ("mean", "zero")
+    )
+    np.testing.assert_allclose(mean, np.tile(policies.mean(axis=0), (25, 1)))
+    assert zero.shape == (25, 2)
+    assert not zero.any()
+
+
+@settings(max_examples=25, deadline=None)
+@given(st.integers(2, 20), st.integers(1, 3), st.integers(0, 99))
+def test_interpolation_is_scipy_s_and_holds_beyond_the_ends(n_tasks, n_params, seed):
+    draws = np.random.default_rng(seed)
+    X, y = (
+        draws.permutation(n_tasks)[:, None] / 3,
+        draws.normal(size=(n_tasks, n_params)),
+    )
+    new = draws.uniform(-1, n_tasks / 3 + 1, size=(30, 1))
+    ends = y[X[:, 0].argmin()], y[X[:, 0].argmax()]
+    expected = interp1d(X[:, 0], y, axis=0, bounds_error=False, fill_value=ends)
+    found = LinearInterpolation().fit(X, y)
+    np.testing.assert_allclose(found.predict(new), expected(new[:, 0]), atol=1e-12)
+    np.testing.assert_allclose(found.predict(X), y, atol=1e-12)
+    flat = LinearInterpolation().fit(X, y[:, 0])
+    np.testing.assert_array_equal(flat.predict(new), found.predict(new)[:, 0])
+
+
+# Bad input
+
+
+def test_interpolation_has_one_task_parameter():
+    with pytest.raises(ValueError, match="X has 2 features; wanted one"):
+        LinearInterpolation().fit(np.c_[tasks, tasks], policies)
+    with pytest.raises(ValueError, match="X has 2 features, but LinearInterp"):
+        LinearInterpolation().fit(tasks, policies).predict([[0.0, 1.0]])
+    with pytest.raises(ValueError, match="Input y contains NaN"):
+        LinearInterpolation().fit([[0.0], [1.0]], [0.0, np.nan])
+
+
+def test_unknown_methods_are_named():
+    with pytest.raises(ValueError, match=r"names=\['chart'\] are no methods; wanted"):
+        fit_methods(tasks, policies, cost, names=["charts", "chart"])

@@ -1,0 +1,119 @@
+from math import comb
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from msc.sampling import DESIGNS, draw_samples, task_density
+
+grid = np.linspace(0, 2 * np.pi, 360, endpoint=False)
+sizes = st.integers(2, 360)
+
+
+@given(st.sampled_from(DESIGNS), sizes, st.integers(0, 9))
+def test_a_set_holds_different_tasks_in_order(design, n_samples, seed):
+    for chosen in draw_samples(design, grid, n_samples, n_draws=3, seed=seed):
+        assert len(chosen) == n_samples
+        assert (np.diff(chosen) > 0).all()
+        assert 0 <= chosen[0] <= chosen[-1] < 360
+
+
+@given(st.sampled_from(DESIGNS), sizes, st.integers(0, 9))
+def test_a_set_depends_on_the_seed_and_its_number_alone(design, n_samples, seed):
+    few, many = (
+        draw_samples(design, grid[:, None], n_samples, n_draws=n, seed=seed)
+        for n in (2, 6)
+    )
+    for one, other in zip(few, many, strict=False):
+        np.testing.assert_array_equal(one, other)
+
+
+@pytest.mark.parametrize("design", DESIGNS)
+def test_another_seed_or_number_gives_another_set(design):
+    sets = [
+        tuple(chosen)
+        for seed in (0, 1)
+        for chosen in draw_samples(design, grid, 24, n_draws=3, seed=seed)
+    ]
+    assert len(set(sets[:3])) == 3
+    assert sets[:3] != sets[3:]
+
+
+# Even
+
+
+@given(sizes)
+def test_even_sets_are_spaced_to_within_a_step(n_samples):
+    sets = draw_samples("even", grid, n_samples, n_draws=1000)
+    for chosen in sets:
+        gaps = np.diff(chosen)
+        assert {*gaps} <= {360 // n_samples, -(-360 // n_samples)}
+    firsts = sorted(chosen[0] for chosen in sets)
+    assert firsts == list(range(len(sets)))
+    assert max(chosen[-1] for chosen in sets) == 359
+
+
+@pytest.mark.parametrize(("n_samples", "n_sets"), [(8, 45), (24, 15), (180, 2)])
+def test_there_are_as_many_even_sets_as_first_tasks(n_samples, n_sets):
+    assert len(draw_samples("even", grid, n_samples, n_draws=1000)) == n_sets
+
+
+@pytest.mark.parametrize("design", DESIGNS)
+def test_all_tasks_can_be_drawn_in_one_way(design):
+    (chosen,) = draw_samples(design, grid, 360, n_draws=30)
+    np.testing.assert_array_equal(chosen, np.arange(360))
+
+
+# At random
+
+
+def test_sets_are_no_more_than_there_are():
+    assert len(draw_samples("uniform", grid[:4], 2, n_draws=30)) == comb(4, 2)
+
+
+def test_uniform_draws_have_no_favourites():
+    sets = draw_samples("uniform", grid[::10], 9, n_draws=4000)
+    counts = np.bincount(np.concatenate(sets), minlength=36)
+    np.testing.assert_allclose(counts / 4000, 9 / 36, atol=0.035)  # five deviations
+
+
+def test_nonuniform_draws_follow_the_density():
+    sets = draw_samples("nonuniform", grid, 2, n_draws=9000)
+    counts = np.bincount(np.concatenate(sets), minlength=360)
+    share = task_density(grid) / task_density(grid).sum()
+    # Of two, the first is drawn by the density and the second by what is left of it.
+    second = share * ((share / (1 - share)).sum() - share / (1 - share))
+    expected = (share + second).reshape(12, -1).sum(axis=1)
+    found = counts.reshape(12, -1).sum(axis=1) / 9000
+    np.testing.assert_allclose(found, expected, atol=0.025)  # five deviations
+
+
+def test_the_density_is_one():
+    density = task_density(grid)
+    assert density.mean() * 2 * np.pi == pytest.approx(1)
+    assert (density > 0).all()
+    assert density.argmax() == 180
+    assert density.max() / density.min() == pytest.approx(9)
+
+
+# Bad input
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        (("evn", grid, 24), "design='evn'; wanted one of"),
+        (("even", grid, 1), "n_samples=1; wanted a whole number from 2 to 360"),
+        (("even", grid, 361), "n_samples=361; wanted a whole number from 2 to 360"),
+        (("uniform", grid, 2.5), r"n_samples=2\.5; wanted a whole number"),
+    ],
+)
+def test_bad_arguments_are_named(arguments, complaint):
+    with pytest.raises(ValueError, match=complaint):
+        draw_samples(*arguments)
+
+
+def test_there_is_at_least_one_set():
+    with pytest.raises(ValueError, match="n_draws=0; wanted at least 1"):
+        draw_samples("even", grid, 24, n_draws=0)

@@ -1,0 +1,371 @@
+import json
+import re
+import sys
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from msc.cells import measure, summarise_trials
+from msc.cli import main
+from msc.comparison import compare
+from msc.methods import COMMON, METHODS
+from msc.plan import PROFILES, Profile, list_groups
+from msc.sampling import DESIGNS, draw_samples, task_density
+from msc.study import format_study, run_study
+from msc.tables import COLUMNS, WEIGHTS, checksum, save_table
+from msc.trial import Trial
+
+GRID, TEST = np.arange(0, 360, 15.0), np.array([5.0, 95.0, 170.0, 200.0, 292.0])
+TINY = Profile(
+    2,
+    {"even": (8, 24), "uniform": (8,), "nonuniform": (8,)},
+    sweep_charts=(1, 2),
+    sweep_sizes=(8,),
+    sweep_repetitions=2,
+    n_resamples=100,
+    n_elbows=3,
+)
+LEAST = replace(TINY, sizes={"even": (8,)}, repetitions=1, sweep_charts=())
+MEASURES = {
+    "mse, gate learned",
+    "mse, chart known",
+    "mse, away from jumps",
+    "mse, beside jumps",
+    "standardised mse, gate learned",
+    "error_cm",
+    "excess_cost",
+    "under_1_cm",
+    "touched",
+    "error_cm spread",
+}
+SUMMARY = {"mean", "std", "median", "p95", "low", "high", "per_repetition"}
+
+
+ORIGINAL = dict(PROFILES)
+
+
+def made_up(tasks_deg, jumps_deg):
+    angles = np.deg2rad(tasks_deg)
+    curve = np.c_[np.sin(angles), np.cos(angles), np.sin(2 * angles)]
+    lifts = 6.0 * np.searchsorted(jumps_deg, tasks_deg)
+    table = pd.DataFrame(0.0, index=range(len(angles)), columns=list(COLUMNS))
+    table[list(WEIGHTS)] = np.c_[curve, 2 * curve] + lifts[:, None]
+    table["task_deg"], table["winner"] = tasks_deg, "start 0"
+    return table.assign(cost=0.1 + tasks_deg / 1000)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("repository")
+    for name, jumps in (("free", []), ("obstacles", [112.5])):
+        for suffix, tasks in (("", GRID), ("_test", TEST)):
+            path = folder / "data" / f"{name}{suffix}.csv"
+            save_table(made_up(tasks, jumps), path, command="", seed=0)
+    return folder
+
+
+@pytest.fixture(autouse=True)
+def here(folder, monkeypatch):
+    monkeypatch.chdir(folder)
+    monkeypatch.setitem(PROFILES, "quick", TINY)
+
+
+@pytest.fixture(scope="module")
+def study(folder):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        patch.setitem(PROFILES, "quick", TINY)
+        return run_study("obstacles", seed=3)
+
+
+def find(study, design, n_samples):
+    (cell,) = (
+        cell
+        for cell in study["cells"]
+        if (cell["design"], cell["n_samples"]) == (design, n_samples)
+    )
+    return cell
+
+
+# The layout
+
+
+def test_a_study_is_laid_out_as_promised(study):
+    assert set(study) == {
+        "workspace", "profile", "seed", "n_charts", "provenance", "cells", "sweep",
+    }  # fmt: skip
+    assert (study["workspace"], study["profile"]) == ("obstacles", "quick")
+    assert (study["seed"], study["n_charts"]) == (3, 4)
+    shapes = [
+        (cell["design"], cell["n_samples"], cell["repetitions"])
+        for cell in study["cells"]
+    ]
+    assert shapes == [
+        ("even", 8, 2), ("even", 24, 1), ("uniform", 8, 2), ("nonuniform", 8, 2),
+    ]  # fmt: skip
+    for cell in study["cells"]:
+        names = METHODS if cell["design"] == "even" else COMMON
+        nearest = 17.5  # degrees, of the test tasks to the jump
+        is_far = 360 / cell["n_samples"] < nearest
+        expected = MEASURES - ({"mse, beside jumps"} if is_far else set())
+        assert set(cell["measures"]) == expected
+        for by_method in cell["measures"].values():
+            assert tuple(by_method) == names
+            for summary in by_method.values():
+                assert set(summary) == SUMMARY
+                assert len(summary["per_repetition"]) == cell["repetitions"]
+        pairs = [(ratio["measure"], ratio["baseline"]) for ratio in cell["ratios"]]
+        assert set(pairs) == {
+            (label, name)
+            for label in expected - {"under_1_cm", "touched"}
+            for name in names[1:]
+        }
+        assert len(pairs) == len(set(pairs))
+        assert {ratio["method"] for ratio in cell["ratios"]} == {"charts"}
+
+
+def test_the_sweep_tries_numbers_of_charts(study):
+    tried = [(one["n_charts"], one["n_samples"]) for one in study["sweep"]]
+    assert tried == [(1, 8), (2, 8)]
+    for one in study["sweep"]:
+        assert set(one) == {"n_charts", "n_samples", "repetitions", "measures"}
+        assert all(tuple(found) == ("charts",) for found in one["measures"].values())
+    one_chart = study["sweep"][0]["measures"]["mse, gate learned"]["charts"]
+    single = find(study, "even", 8)["measures"]["mse, gate learned"]
+    assert one_chart == single["single regression"]
+
+
+def test_its_origin_is_told(study, folder):
+    origin = study["provenance"]
+    assert origin["command"] == "msc evaluate --profile quick --seed 3"
+    tables = ("obstacles.csv", "obstacles_test.csv")
+    assert origin["data"] == {one: checksum(folder / "data" / one) for one in tables}
+    assert set(origin["versions"]) == {"numpy", "scikit-learn", "cvxpy", "pybullet"}
+
+
+def test_a_reading_without_tasks_is_left_out(monkeypatch):
+    monkeypatch.setitem(PROFILES, "quick", LEAST)
+    free = run_study("free")
+    assert "mse, beside jumps" not in free["cells"][0]["measures"]
+    away = free["cells"][0]["measures"]["mse, away from jumps"]
+    assert away == free["cells"][0]["measures"]["mse, gate learned"]
+
+
+# What it says
+
+
+@pytest.fixture(scope="module")
+def trials(folder):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(folder)
+        tasks = np.deg2rad(GRID)
+        return [
+            Trial("obstacles", chosen, seed=3, names=COMMON)
+            for chosen in draw_samples("nonuniform", tasks, 8, n_draws=2, seed=3)
+        ]
+
+
+def test_a_cell_says_what_its_trials_say(study, trials):
+    cell, weights = find(study, "nonuniform", 8), task_density(np.deg2rad(TEST))
+    for name, reading in (
+        ("mse, gate learned", "gate learned"),
+        ("mse, chart known", "chart known"),
+    ):
+        errors = np.array([trial.squared_errors(reading)["charts"] for trial in trials])
+        means = np.average(errors, axis=1, weights=weights)
+        found = cell["measures"][name]["charts"]
+        np.testing.assert_allclose(found["per_repetition"], means, rtol=1e-5)
+        assert found["mean"] == pytest.approx(means.mean(), rel=1e-5)
+        assert found["low"] <= found["mean"] <= found["high"]
+
+
+def test_its_ratios_are_those_of_compare(study, trials):
+    cell, weights = find(study, "nonuniform", 8), task_density(np.deg2rad(TEST))
+    tables = [trial.executed_by_method("error_cm") for trial in trials]
+    errors = {name: np.array([table[name] for table in tables]) for name in COMMON}
+    for label, spread in (("error_cm", False), ("error_cm spread", True)):
+        expected = compare(
+            label,
+            errors,
+            "charts",
+            "CrKr",
+            weights=weights,
+            spread=spread,
+            n_resamples=100,
+            seed=3,
+        )
+        (found,) = (
+            ratio
+            for ratio in cell["ratios"]
+            if (ratio["measure"], ratio["baseline"]) == (label, "CrKr")
+        )
+        for key in ("ratio", "low", "high"):
+            assert found[key] == pytest.approx(getattr(expected, key), rel=1e-5)
+
+
+def test_readings_pick_test_tasks(trials):
+    trial = trials[0]
+    found = measure(trial)
+    away = found["mse, away from jumps"].index
+    assert away.tolist() == [task for task in TEST if abs(task - 112.5) > 45]
+    beside = found["mse, beside jumps"].index
+    assert sorted([*away, *beside]) == TEST.tolist()
+    standardised = found["standardised mse, gate learned"]["zero policy"]
+    by_dimension = trial.test_policies**2 / trial.policies.var(axis=0)
+    np.testing.assert_allclose(standardised, by_dimension.mean(axis=1))
+    assert (found["under_1_cm"] == (found["error_cm"] < 1)).all(axis=None)
+
+
+def test_scatter_is_that_of_all_errors():
+    rng = np.random.default_rng(0)
+    values, weights = rng.exponential(size=(3, 40)), np.repeat([1.0, 2.0], 20)
+    tasks = pd.Index(range(40))
+    trials = [{"error": pd.DataFrame({"charts": row}, index=tasks)} for row in values]
+    plain, weighted = (
+        summarise_trials(trials, w)["measures"]["error"]["charts"]
+        for w in (None, pd.Series(weights, index=tasks))
+    )
+    for found, expected in (
+        (plain, values),
+        (weighted, np.repeat(values, weights.astype(int), axis=1)),
+    ):
+        assert found["mean"] == pytest.approx(expected.mean(), rel=1e-5)
+        assert found["std"] == pytest.approx(expected.std(), rel=0.01)
+        quantiles = np.quantile(expected, [0.5, 0.95], method="inverted_cdf")
+        np.testing.assert_allclose(
+            [found["median"], found["p95"]], quantiles, rtol=0.05
+        )
+
+
+# How it is made
+
+
+def test_the_result_does_not_depend_on_the_workers(study):
+    assert format_study(run_study("obstacles", seed=3, jobs=2)) == format_study(study)
+
+
+def test_another_seed_draws_other_training_sets(study, monkeypatch):
+    uniform = replace(LEAST, sizes={"uniform": (8,)}, repetitions=2)
+    monkeypatch.setitem(PROFILES, "quick", uniform)
+    other = run_study("obstacles", seed=4)
+    assert find(other, "uniform", 8) != find(study, "uniform", 8)
+
+
+def test_the_profiles_are_as_the_protocol_says():
+    quick, full = (
+        list_groups(profile, np.linspace(0, 2 * np.pi, 360, endpoint=False), seed=0)
+        for profile in (ORIGINAL["quick"], ORIGINAL["full"])
+    )
+    assert {len(group.sets) for group in quick} == {3}
+    sizes = {
+        design: [
+            (len(group.sets[0]), len(group.sets))
+            for group in full
+            if group.design == design and not group.is_sweep
+        ]
+        for design in DESIGNS
+    }
+    assert dict(sizes["even"])[24] == 15
+    assert dict(sizes["even"])[360] == 1
+    assert dict(sizes["uniform"])[72] == 30
+    assert dict(sizes["uniform"])[100] == dict(sizes["nonuniform"])[100] == 10
+    assert {group.n_charts for group in full if group.is_sweep} == set(range(1, 9))
+
+
+def test_it_is_written_a_summary_a_line(study):
+    text = format_study(study)
+    assert json.loads(text) == study
+    assert max(map(len, text.splitlines())) < 300
+    assert len(re.findall(r"^ +\"charts\": {\"mean\".*}", text, re.MULTILINE)) == sum(
+        len(one["measures"]) for one in study["cells"] + study["sweep"]
+    )
+    with pytest.raises(ValueError, match="JSON"):
+        format_study({"mean": np.nan})
+
+
+def test_an_unknown_profile_is_named():
+    with pytest.raises(ValueError, match="profile='quik'; wanted one of"):
+        run_study("free", profile="quik")
+
+
+# msc evaluate
+
+
+def elbows(monkeypatch, measure_elbows):
+    monkeypatch.setitem(PROFILES, "quick", LEAST)
+    module = SimpleNamespace(measure_elbows=measure_elbows, __spec__=object())
+    monkeypatch.setitem(sys.modules, "msc.elbows", module)
+
+
+def test_evaluate_writes_what_it_found(monkeypatch, tmp_path, capsys):
+    asked = []
+
+    def measure_elbows(tasks, policies, **options):
+        asked.append((len(tasks), len(policies), options))
+        return {"readings": {"eigengap": {"picked": 4}}}
+
+    elbows(monkeypatch, measure_elbows)
+    arguments = ["--seed", "3", "--jobs", "1", "--out-dir", str(tmp_path / "new")]
+    assert main(["evaluate", *arguments]) == 0
+    files = [f"{kind}_{world}.json" for world in ("free", "obstacles")
+             for kind in ("study", "elbow")]  # fmt: skip
+    assert sorted(path.name for path in (tmp_path / "new").iterdir()) == sorted(files)
+    found = json.loads((tmp_path / "new" / "study_obstacles.json").read_text())
+    assert found == run_study("obstacles", seed=3)
+    assert asked == [(24, 24, {"n_resamples": 3, "seed": 3, "jobs": 1})] * 2
+    found = json.loads((tmp_path / "new" / "elbow_free.json").read_text())
+    assert found["readings"]["eigengap"]["picked"] == 4
+    assert found["provenance"]["command"] == "msc evaluate --profile quick --seed 3"
+    out, err = capsys.readouterr()
+    assert out.split() == [str(tmp_path / "new" / name) for name in files]
+    assert "study, obstacles: 100%" in err
+
+
+def test_what_is_done_is_kept_when_interrupted(monkeypatch, tmp_path, capsys):
+    def interrupt(*_, **__):
+        raise KeyboardInterrupt
+
+    elbows(monkeypatch, interrupt)
+    arguments = ["evaluate", "--jobs", "1", "--out-dir", str(tmp_path)]
+    assert main(arguments) == 130
+    assert capsys.readouterr().err.endswith("msc: interrupted\n")
+    assert [path.name for path in tmp_path.iterdir()] == ["study_free.json"]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        ("--profile quik", "profile='quik'; wanted one of ('quick', 'full')"),
+        ("--jobs 0", "jobs=0; wanted at least 1"),
+        ("--seed -1", "seed=-1; wanted 0 or more"),
+        ("--out-dir file", "out=file/study_free.json: its folder cannot be"),
+    ],
+)
+def test_bad_input_is_named_in_a_sentence(
+    arguments, complaint, tmp_path, monkeypatch, capsys
+):
+    monkeypatch.setattr("msc.study.call_in_order", None)  # it must not come to that
+    Path("file").touch()
+    assert main(["evaluate", "--out-dir", str(tmp_path), *arguments.split()]) == 2
+    out, err = capsys.readouterr()
+    assert not out
+    assert err.startswith("msc: error: ")
+    assert err.count("\n") == 1
+    assert complaint in err
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_missing_table_is_named_before_the_work(folder, monkeypatch, capsys):
+    monkeypatch.setattr("msc.study.call_in_order", None)
+    table = folder / "data" / "obstacles_test.csv"
+    content = table.read_bytes()
+    table.unlink()
+    try:
+        assert main(["evaluate"]) == 2
+    finally:
+        table.write_bytes(content)
+    assert "dataset 'obstacles_test' is not there" in capsys.readouterr().err
