@@ -31,10 +31,13 @@ ROW = [
     "audit",
     "movements",
     "spectral",
+    "reconstruction",
     "smce",
     "gaussian",
     "skill",
     "crkr",
+    "elbows",
+    "gates",
     "comparison",
     "evaluation",
     "claims",
@@ -42,13 +45,23 @@ ROW = [
     "plots_search",
     "plots_audit",
     "plots_movements",
+    "plots_charts",
     "notebook",
     "chapters",
     "book",
     "cli",
 ]
 ROBOT = set(ROW[: ROW.index("spectral")]) - {"tables", "jumps"}
-LEARNERS = {"spectral", "smce", "gaussian", "skill", "crkr"}
+LEARNERS = {
+    "spectral",
+    "reconstruction",
+    "smce",
+    "gaussian",
+    "skill",
+    "crkr",
+    "elbows",
+    "gates",
+}
 ONLY_IN = {
     "pybullet": {"bullet"},
     "pybullet_data": {"bullet"},
