@@ -17,7 +17,6 @@ from sklearn.base import BaseEstimator, ClusterMixin
 from sklearn.neighbors import NearestNeighbors
 from sklearn.utils import check_random_state
 from sklearn.utils._param_validation import Interval, StrOptions
-from sklearn.utils.validation import validate_data
 
 from msc.reconstruction import reconstruct
 from msc.spectral import (
@@ -27,10 +26,13 @@ from msc.spectral import (
     unit_rows,
     within_chart_squares,
 )
+from msc.validation import validate_points
 
 __all__ = ["SMCE"]
 
 Array = NDArray[np.float64]
+
+_LARGEST = 1e100
 
 
 class SMCE(ClusterMixin, BaseEstimator):  # type: ignore[misc]
@@ -171,14 +173,19 @@ class SMCE(ClusterMixin, BaseEstimator):  # type: ignore[misc]
         Raises
         ------
         ValueError
-            If a parameter is out of range, or `X` is not finite or too small.
+            If a parameter is out of range, or `X` not finite, too large or too small.
         """
         self._validate_params()
-        X = validate_data(self, X, dtype=np.float64, ensure_min_samples=2)
+        X = validate_points(self, X, ensure_min_samples=2)
         n_samples, seed = len(X), _seed(self.random_state)
         if self.n_clusters is not None and self.n_clusters > n_samples:
             raise ValueError(
                 f"n_clusters={self.n_clusters} must be at most n_samples={n_samples}."
+            )
+        if np.abs(X).max() > _LARGEST:
+            raise ValueError(
+                f"X must lie within {_LARGEST:g} of zero, or squares overflow. "
+                f"Got {X.flat[np.abs(X).argmax()]:g}."
             )
         search = NearestNeighbors(
             n_neighbors=min(self.n_neighbors, n_samples - 1), algorithm="kd_tree"

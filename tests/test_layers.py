@@ -30,6 +30,7 @@ ROW = [
     "bisection",
     "audit",
     "movements",
+    "validation",
     "spectral",
     "reconstruction",
     "smce",
@@ -51,8 +52,9 @@ ROW = [
     "book",
     "cli",
 ]
-ROBOT = set(ROW[: ROW.index("spectral")]) - {"tables", "jumps"}
+ROBOT = set(ROW[: ROW.index("validation")]) - {"tables", "jumps"}
 LEARNERS = {
+    "validation",
     "spectral",
     "reconstruction",
     "smce",
