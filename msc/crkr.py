@@ -15,7 +15,9 @@ from scipy.optimize import minimize
 from scipy.spatial.distance import cdist
 from sklearn.base import BaseEstimator, MultiOutputMixin, RegressorMixin
 from sklearn.utils._param_validation import Interval
-from sklearn.utils.validation import check_is_fitted, column_or_1d, validate_data
+from sklearn.utils.validation import check_is_fitted
+
+from msc.validation import validate_pairs, validate_points
 
 __all__ = ["CrKR"]
 
@@ -123,9 +125,7 @@ class CrKR(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: ignore[mis
             If the ridge is lost in rounding, so that no inverse exists.
         """
         self._validate_params()
-        X, y = validate_data(
-            self, X, y, dtype=np.float64, multi_output=True, y_numeric=True
-        )
+        X, y = validate_pairs(self, X, y)
         cost = _check_cost(cost, len(X))
         self.X_fit_ = X
         self.length_scale_, self.ridge_ = float(self.length_scale), float(self.ridge)
@@ -139,7 +139,7 @@ class CrKR(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: ignore[mis
         except LinAlgError as error:
             error.args = (f"ridge={self.ridge_:g} is too small: increase it.",)
             raise
-        self.dual_coef_ = cho_solve(self._factor, y.astype(np.float64))
+        self.dual_coef_ = cho_solve(self._factor, y)
         return self
 
     def predict(self, X: Any, return_std: bool = False) -> Array | tuple[Array, Array]:
@@ -161,7 +161,7 @@ class CrKR(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: ignore[mis
             `return_std`.
         """
         check_is_fitted(self)
-        X = validate_data(self, X, dtype=np.float64, reset=False)
+        X = validate_points(self, X, reset=False)
         kernel = self._kernel(X)
         mean = np.asarray(kernel @ self.dual_coef_)
         if not return_std:
@@ -177,14 +177,19 @@ class CrKR(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: ignore[mis
 def _check_cost(cost: Any, n_tasks: int) -> Array:
     if cost is None:
         return np.ones(n_tasks)
-    cost = column_or_1d(cost, dtype=np.float64)
-    if len(cost) != n_tasks:
+    try:
+        costs = np.asarray(cost, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"cost must hold numbers: {error}") from None
+    if costs.shape != (n_tasks,):
         raise ValueError(
-            f"cost must have one entry per task, {n_tasks} in all. Got {len(cost)}."
+            f"cost must have shape ({n_tasks},), one entry per task. "
+            f"Got shape {costs.shape}."
         )
-    if not (np.isfinite(cost).all() and (cost > 0).all()):
-        raise ValueError(f"cost must be positive and finite. Got {cost.min()}.")
-    return np.asarray(cost)
+    bad = costs[~(np.isfinite(costs) & (costs > 0))]
+    if bad.size:
+        raise ValueError(f"cost must be positive and finite. Got {bad[0]}.")
+    return costs
 
 
 def _tune(squares: Array, policies: Array, cost: Array) -> tuple[float, float]:

@@ -22,10 +22,11 @@ from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import StandardScaler
 from sklearn.svm import SVC
 from sklearn.utils._param_validation import HasMethods, StrOptions
-from sklearn.utils.validation import check_is_fitted, validate_data
+from sklearn.utils.validation import check_is_fitted
 
 from msc.gaussian import gaussian_classifier, gaussian_process
 from msc.smce import SMCE, _seed
+from msc.validation import validate_pairs, validate_points
 
 __all__ = ["ParameterizedSkill"]
 
@@ -138,11 +139,9 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
             If a parameter is unknown, or there are fewer tasks than charts.
         """
         self._validate_params()
-        X, y = validate_data(
-            self, X, y, dtype=np.float64, multi_output=True, y_numeric=True
-        )
+        X, y = validate_pairs(self, X, y)
         self._is_single_output = y.ndim == 1
-        policies = y.astype(np.float64).reshape(len(X), -1)
+        policies = y.reshape(len(X), -1)
         seed = _seed(self.random_state)
         self.clusterer_, labels = None, np.zeros(len(X), dtype=np.intp)
         if self.charts is not None:
@@ -187,7 +186,7 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
             Charts, 0 to n_charts - 1.
         """
         check_is_fitted(self)
-        X = validate_data(self, X, dtype=np.float64, reset=False)
+        X = validate_points(self, X, reset=False)
         return np.asarray(self.gate_.predict(X), dtype=np.intp)
 
     def predict(
@@ -218,7 +217,7 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
             standard deviation to return.
         """
         check_is_fitted(self)
-        X = validate_data(self, X, dtype=np.float64, reset=False)
+        X = validate_points(self, X, reset=False)
         charts = self.predict_chart(X) if chart is None else self._check(chart, len(X))
         means, stds = np.empty((2, len(X), len(self.regressors_[0])))
         for c in np.unique(charts):

@@ -7,11 +7,9 @@ another piece may pass.
 
 from __future__ import annotations
 
-import warnings
 from numbers import Integral, Real
 from typing import Any, ClassVar, Self
 
-import cvxpy as cp
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
@@ -19,8 +17,8 @@ from sklearn.base import BaseEstimator, ClusterMixin
 from sklearn.neighbors import NearestNeighbors
 from sklearn.utils import check_random_state
 from sklearn.utils._param_validation import Interval, StrOptions
-from sklearn.utils.validation import validate_data
 
+from msc.reconstruction import reconstruct
 from msc.spectral import (
     cluster_rows,
     elbow,
@@ -28,18 +26,13 @@ from msc.spectral import (
     unit_rows,
     within_chart_squares,
 )
+from msc.validation import validate_points
 
 __all__ = ["SMCE"]
 
 Array = NDArray[np.float64]
 
-_ZERO = 1e-10  # coefficients; the solver leaves about 1e-13 where the optimum has 0
-_COPY = 1e-10  # of the furthest neighbour's distance: nearer ones are the same point
-_TOLERANCES = {
-    f"{kind}tol_{of}": value
-    for kind, value in (("", 1e-12), ("reduced_", 1e-8))  # if rounding stops it early
-    for of in ("gap_abs", "gap_rel", "feas")
-}
+_LARGEST = 1e100
 
 
 class SMCE(ClusterMixin, BaseEstimator):  # type: ignore[misc]
@@ -79,7 +72,7 @@ class SMCE(ClusterMixin, BaseEstimator):  # type: ignore[misc]
     affinity_matrix_ : sparse array of shape (n_samples, n_samples)
         Symmetric, non-negative, zero on the diagonal.
     eigenvalues_ : ndarray
-        Of the normalised Laplacian, ascending; all of them up to 3000 points. As many
+        Of the normalised Laplacian, ascending; all of them up to 2000 points. As many
         are zero as the graph has connected components.
     embedding_ : ndarray of shape (n_samples, n_clusters_)
         Unit rows, among which k-means finds the charts.
@@ -99,16 +92,15 @@ class SMCE(ClusterMixin, BaseEstimator):  # type: ignore[misc]
         minimise  regularization * sum_j q_j |c_j|  +  1/2 |sum_j c_j y_j|^2
         subject to  sum_j c_j = 1,        q_j = d_j / sum_t d_t
 
-    with y_j = (x_j - x_i) / d_j, or without the division in the raw form. All points'
-    programs are solved as one, each divided by its value at the nearest neighbour, so
-    that the solver's tolerance of 1e-12 binds each of them and not only their sum. A
-    point with exact copies among its neighbours is reconstructed by these in equal
-    shares, at no cost.
+    with y_j = (x_j - x_i) / d_j, or without the division in the raw form. They
+    are solved many at a time, to a tolerance of 1e-12 (`msc.reconstruction`). A point
+    with exact copies among its neighbours is reconstructed by these in equal shares,
+    at no cost.
 
     Affinities are the row-normalised |c_j / d_j|, in the raw form |c_j|, pruned and
     symmetrised by the larger of both directions; clustering follows [3]_. Where the
     graph has more components than charts are asked for, the data do not determine
-    which components share a chart.
+    which components share a chart: here the smallest do.
 
     The elbow: [2]_ does not name the curve it is read from. Here it is `elbow_curve_`,
     measured in the fixed space of `X` because the embedding changes with the number of
@@ -181,24 +173,30 @@ class SMCE(ClusterMixin, BaseEstimator):  # type: ignore[misc]
         Raises
         ------
         ValueError
-            If a parameter is out of range, or `X` is not finite or too small.
+            If a parameter is out of range, or `X` not finite, too large or too small.
         """
         self._validate_params()
-        X = validate_data(self, X, dtype=np.float64, ensure_min_samples=2)
+        X = validate_points(self, X, ensure_min_samples=2)
         n_samples, seed = len(X), _seed(self.random_state)
         if self.n_clusters is not None and self.n_clusters > n_samples:
             raise ValueError(
                 f"n_clusters={self.n_clusters} must be at most n_samples={n_samples}."
             )
+        if np.abs(X).max() > _LARGEST:
+            raise ValueError(
+                f"X must lie within {_LARGEST:g} of zero, or squares overflow. "
+                f"Got {X.flat[np.abs(X).argmax()]:g}."
+            )
         search = NearestNeighbors(
             n_neighbors=min(self.n_neighbors, n_samples - 1), algorithm="kd_tree"
         )
         neighbors = search.fit(X).kneighbors(return_distance=False)
-        differences = X[neighbors] - X[:, None]
-        distances = np.linalg.norm(differences, axis=2)
         is_normalized = self.form == "normalized"
-        coef, self.objective_ = _reconstruct(
-            differences, distances, self.regularization, is_normalized
+        coef, distances, self.objective_ = reconstruct(
+            X,
+            neighbors,
+            regularization=self.regularization,
+            is_normalized=is_normalized,
         )
         weights = abs(coef)
         if is_normalized:  # distance zero: a copy, and only copies have weight then
@@ -230,47 +228,6 @@ def _seed(random_state: int | np.random.RandomState | None) -> int:
     if isinstance(random_state, Integral):
         return int(random_state)
     return int(check_random_state(random_state).randint(2**31 - 1))
-
-
-def _reconstruct(
-    differences: Array, distances: Array, regularization: float, is_normalized: bool
-) -> tuple[Array, Array]:
-    """Return each point's coefficients over its neighbours, and its objective."""
-    copies = distances <= _COPY * distances.max(axis=1, keepdims=True)
-    columns = differences.transpose(0, 2, 1)  # (n_points, n_features, n_neighbors)
-    if is_normalized:
-        columns = columns / np.where(copies, np.inf, distances)[:, None]
-    totals = distances.sum(axis=1, keepdims=True)
-    penalty = regularization * distances / np.where(totals, totals, 1.0)  # Eq. 4
-    coef = copies / np.maximum(copies.sum(axis=1, keepdims=True), 1)
-    rest = ~copies.any(axis=1)
-    if rest.any():
-        coef[rest] = _solve(columns[rest], penalty[rest])
-    errors = np.einsum("ijk,ik->ij", columns, coef)
-    return coef, (penalty * abs(coef)).sum(axis=1) + 0.5 * (errors**2).sum(axis=1)
-
-
-def _solve(columns: Array, penalty: Array) -> Array:
-    """Minimise penalty @ |c| + |columns @ c|^2 / 2 with sum(c) = 1, for every point."""
-    n_points, n_neighbors = penalty.shape
-    nearest = penalty[:, :1] + 0.5 * (columns[:, :, 0] ** 2).sum(axis=1, keepdims=True)
-    factors = np.linalg.qr(columns / np.sqrt(nearest)[:, :, None], mode="r")
-    errors = sp.block_diag(list(factors), format="csc")
-    sums = sp.kron(sp.eye_array(n_points), np.ones((1, n_neighbors)), format="csc")
-    c = cp.Variable(n_points * n_neighbors)
-    cost = (penalty / nearest).ravel() @ cp.abs(c) + 0.5 * cp.sum_squares(errors @ c)
-    program = cp.Problem(cp.Minimize(cost), [sums @ c == 1])  # Eq. 3, for all i
-    with warnings.catch_warnings():  # the reduced tolerances are accurate enough
-        warnings.filterwarnings("ignore", "Solution may be inaccurate", UserWarning)
-        program.solve(solver=cp.CLARABEL, **_TOLERANCES)
-    if program.status not in (cp.OPTIMAL, cp.OPTIMAL_INACCURATE):
-        raise ValueError(
-            f"The solver found no reconstruction (status {program.status!r}). "
-            "Rescale X, raise regularization or use form='normalized'."
-        )
-    coef = np.asarray(c.value).reshape(n_points, n_neighbors)
-    coef[abs(coef) < _ZERO] = 0.0
-    return np.asarray(coef / coef.sum(axis=1, keepdims=True))
 
 
 def _prune(weights: Array, share: float) -> Array:

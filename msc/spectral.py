@@ -6,12 +6,14 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.linalg import eigh
-from scipy.sparse.linalg import eigsh
+from scipy.sparse.csgraph import connected_components
+from scipy.sparse.linalg import LinearOperator, eigsh, splu
 from sklearn.cluster import KMeans
 
 Array = NDArray[np.float64]
 
-_LARGEST_DENSE = 3000  # points; above, only the eigenvectors needed are computed
+_LARGEST_DENSE = 2000  # points; above, only the eigenvectors needed are computed
+_SHIFT = -1e-3  # just below the least eigenvalue, 0
 
 
 def laplacian_eigen(affinity: sp.csr_array, k: int, seed: int) -> tuple[Array, Array]:
@@ -24,14 +26,20 @@ def laplacian_eigen(affinity: sp.csr_array, k: int, seed: int) -> tuple[Array, A
     k : int
         Number of eigenvectors.
     seed : int
-        Seed of the iterative solver's first vector, for more than 3000 points.
+        Seed of the iterative solver's first vector, for more than 2000 points.
 
     Returns
     -------
     values : ndarray
-        Eigenvalues, ascending: all of them, or the first k for more than 3000 points.
+        Eigenvalues, ascending: all of them, or the first k for more than 2000 points.
     vectors : ndarray of shape (n_points, k)
         Eigenvectors of the first k.
+
+    Notes
+    -----
+    The eigenvalue 0 has as many eigenvectors as the graph has connected components,
+    and any rotation of them will do. So that rounding does not choose one, each has its
+    support on one component; the largest component's comes first.
     """
     n_points = affinity.shape[0]
     scale = sp.diags_array(1 / np.sqrt(affinity.sum(axis=1)))
@@ -40,10 +48,33 @@ def laplacian_eigen(affinity: sp.csr_array, k: int, seed: int) -> tuple[Array, A
         values, vectors = eigh(laplacian.toarray())
     else:  # shift-invert: the small eigenvalues of a long chain lie very close
         start = np.random.default_rng(seed).standard_normal(n_points)
-        values, vectors = eigsh(laplacian.tocsc(), k, sigma=-1e-3, v0=start)
+        inverse = _invert(laplacian - _SHIFT * sp.eye_array(n_points))
+        values, vectors = eigsh(laplacian, k, sigma=_SHIFT, v0=start, OPinv=inverse)
         order = np.argsort(values)
         values, vectors = values[order], vectors[:, order]
-    return np.clip(values, 0.0, 2.0), vectors[:, :k]
+    null = _null_vectors(affinity, k)
+    vectors = np.hstack([null, vectors[:, null.shape[1] : k]])
+    return np.clip(values, 0.0, 2.0), vectors
+
+
+def _null_vectors(affinity: sp.csr_array, k: int) -> Array:
+    """Return the eigenvectors of 0, at most k: one a component, the largest first."""
+    _, component = connected_components(affinity, directed=False)
+    largest = np.argsort(-np.bincount(component), kind="stable")[:k]
+    roots = np.sqrt(affinity.sum(axis=1))
+    vectors = np.where(component[:, None] == largest, roots[:, None], 0.0)
+    return np.asarray(vectors / np.linalg.norm(vectors, axis=0))
+
+
+def _invert(matrix: sp.csr_array) -> LinearOperator:
+    """Factorise a symmetric positive definite matrix, in an order of little fill."""
+    factors = splu(
+        matrix.tocsc(),
+        permc_spec="MMD_AT_PLUS_A",
+        diag_pivot_thresh=0.0,
+        options={"SymmetricMode": True},
+    )
+    return LinearOperator(matrix.shape, matvec=factors.solve, dtype=matrix.dtype)
 
 
 def unit_rows(vectors: Array) -> Array:

@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.linalg import LinAlgError
 from scipy.optimize import approx_fprime
+from scipy.sparse import csr_array
 from scipy.spatial.distance import cdist
 from scipy.stats import multivariate_normal
 from sklearn.base import clone
@@ -202,6 +203,7 @@ def test_too_many_digits_lost_is_as_unlikely_as_can_be():
         ({"length_scale": 0}, "'length_scale' parameter of CrKR.*Got 0"),
         ({"ridge": -0.5}, "'ridge' parameter of CrKR.*Got -0.5"),
         ({"ridge": np.nan}, "'ridge' parameter of CrKR.*Got nan"),
+        ({"length_scale": np.inf}, "'length_scale' parameter of CrKR.*Got inf"),
         ({"tune": "yes"}, "'tune' parameter of CrKR.*Got 'yes'"),
     ],
 )
@@ -217,8 +219,14 @@ def test_parameters_out_of_range(parameters, message):
         (-cost, "cost must be positive and finite. Got -"),
         (np.full(25, np.nan), "cost must be positive and finite. Got nan"),
         (np.full(25, np.inf), "cost must be positive and finite. Got inf"),
-        (cost[:-1], "cost must have one entry per task, 25 in all. Got 24"),
-        (np.ones((25, 2)), "y should be a 1d array"),
+        (np.r_[cost[:-1], 0], "cost must be positive and finite. Got 0.0"),
+        (np.r_[-1.5, cost[1:]], "cost must be positive and finite. Got -1.5"),
+        (np.r_[cost[:-1], np.nan], "cost must be positive and finite. Got nan"),
+        (cost[:-1], r"cost must have shape \(25,\), one entry.*Got shape \(24,\)"),
+        (np.ones((25, 2)), r"cost must have shape \(25,\).*Got shape \(25, 2\)"),
+        (3.0, r"cost must have shape \(25,\).*Got shape \(\)"),
+        (["dear"] * 25, "cost must hold numbers: could not convert.*'dear'"),
+        ([None] * 24 + [{}], "cost must hold numbers: float"),
     ],
 )
 def test_costs_out_of_range(bad, message):
@@ -233,6 +241,18 @@ def test_data_out_of_range():
         CrKR().fit([[np.nan]], [1.0])
     with pytest.raises(ValueError, match="Input y contains NaN"):
         CrKR().fit([[1.0]], [np.nan])
+    with pytest.raises(ValueError, match="Input X contains infinity"):
+        CrKR().fit([[np.inf]], [1.0])
+    with pytest.raises(ValueError, match="Input y contains infinity"):
+        CrKR().fit([[1.0]], [-np.inf])
+    with pytest.raises(ValueError, match=r"X must hold numbers.*'a'"):
+        CrKR().fit([["a"]], [1.0])
+    with pytest.raises(ValueError, match=r"y must hold numbers.*'b'"):
+        CrKR().fit([[1.0]], [["b"]])
+    with pytest.raises(TypeError, match="Sparse data was passed for y"):
+        CrKR().fit(tasks, csr_array(policies))
+    with pytest.raises(ValueError, match="Input X contains NaN"):
+        CrKR().fit(tasks, policies).predict([[np.nan]])
     with pytest.raises(ValueError, match="X has 2 features, but CrKR is expecting 1"):
         CrKR().fit(tasks, policies).predict([[1.0, 2.0]])
 

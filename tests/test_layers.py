@@ -30,11 +30,15 @@ ROW = [
     "bisection",
     "audit",
     "movements",
+    "validation",
     "spectral",
+    "reconstruction",
     "smce",
     "gaussian",
     "skill",
     "crkr",
+    "elbows",
+    "gates",
     "sampling",
     "methods",
     "comparison",
@@ -53,12 +57,25 @@ ROW = [
     "plots_search",
     "plots_audit",
     "plots_movements",
+    "plots_charts",
     "notebook",
     "chapters",
     "book",
     "cli_search",
     "cli",
 ]
+ROBOT = set(ROW[: ROW.index("validation")]) - {"tables", "jumps"}
+LEARNERS = {
+    "validation",
+    "spectral",
+    "reconstruction",
+    "smce",
+    "gaussian",
+    "skill",
+    "crkr",
+    "elbows",
+    "gates",
+}
 ROBOT = set(ROW[: ROW.index("spectral")]) - {"tables", "jumps"}
 LEARNERS = {"spectral", "smce", "gaussian", "skill", "crkr", "sampling", "methods"}
 ONLY_IN = {

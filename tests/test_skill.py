@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.sparse import csr_array
 from sklearn.base import BaseEstimator, ClusterMixin, clone
 from sklearn.cluster import DBSCAN, KMeans
 from sklearn.dummy import DummyClassifier
@@ -138,13 +139,18 @@ def test_one_dimension_in_one_dimension_out(charts):
     )
 
 
-def test_tasks_of_several_parameters():
-    grid = np.random.default_rng(0).uniform(0, 3, (40, 3))
-    y = np.c_[grid.sum(axis=1), np.sin(grid).prod(axis=1)]
+@pytest.mark.parametrize("n_task_params", [2, 3])
+@pytest.mark.parametrize("n_params", [1, 2, 9])
+def test_tasks_of_several_parameters(n_task_params, n_params):
+    grid = np.random.default_rng(0).uniform(0, 3, (40, n_task_params))
+    y = np.c_[grid.sum(axis=1), np.sin(grid).prod(axis=1)][:, np.arange(n_params) % 2]
     skill = ParameterizedSkill(KMeans(2), random_state=0).fit(grid, y)
     mean, std = skill.predict(grid, return_std=True)
-    assert mean.shape == std.shape == (40, 2)
+    assert mean.shape == std.shape == (40, n_params)
     np.testing.assert_allclose(mean, y, atol=0.1)
+    assert skill.n_features_in_ == n_task_params
+    copy = pickle.loads(pickle.dumps(skill))
+    np.testing.assert_array_equal(copy.predict(grid), mean)
 
 
 # The default Gaussian process
@@ -282,6 +288,7 @@ def test_known_charts_overrule_the_gate():
         ({"gate": None}, "'gate' parameter of ParameterizedSkill.*Got None"),
         ({"regressor": "gp"}, "'regressor' parameter of ParameterizedSkill.*'gp'"),
         ({"charts": SMCE(49)}, "n_clusters=49 must be at most n_samples=48"),
+        ({"charts": SMCE(form="printed")}, "'form' parameter of SMCE.*'printed'"),
         ({"charts": KMeans(49)}, "n_samples=48 should be >= n_clusters=49"),
     ],
 )
@@ -316,6 +323,20 @@ def test_data_out_of_range():
         fast().fit([[0.0], [np.nan]], policies[:2])
     with pytest.raises(ValueError, match="Input y contains NaN"):
         fast().fit(tasks[:2], [[0.0], [np.nan]])
+    with pytest.raises(ValueError, match="Input X contains infinity"):
+        fast().fit([[0.0], [np.inf]], policies[:2])
+    with pytest.raises(ValueError, match="Input y contains infinity"):
+        fast().fit(tasks[:2], [[0.0], [-np.inf]])
+    with pytest.raises(ValueError, match=r"X must hold numbers.*'a'"):
+        fast().fit([["a"], ["b"]], policies[:2])
+    with pytest.raises(ValueError, match=r"y must hold numbers.*'b'"):
+        fast().fit(tasks[:2], [["b"], ["c"]])
+    with pytest.raises(TypeError, match="Sparse data was passed for y"):
+        fast().fit(tasks, csr_array(policies))
+    with pytest.raises(ValueError, match="Input X contains NaN"):
+        fast(None).fit(tasks, policies).predict([[np.nan]])
+    with pytest.raises(ValueError, match=r"X must hold numbers.*'a'"):
+        fast(None).fit(tasks, policies).predict([["a"]])
     with pytest.raises(ValueError, match="minimum of 2 is required by SMCE"):
         fast().fit(tasks[:1], policies[:1])
     with pytest.raises(ValueError, match="X has 2 features"):

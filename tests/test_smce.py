@@ -3,6 +3,7 @@ from pathlib import Path
 
 import cvxpy as cp
 import numpy as np
+import pandas as pd
 import pytest
 import scipy.sparse as sp
 from hypothesis import given, settings
@@ -227,15 +228,18 @@ def test_eigenvalues_are_those_of_the_normalised_laplacian():
     assert model.embedding_.shape == (48, 4)
 
 
+@pytest.mark.parametrize("regularization", [10, 30, 100])
 @pytest.mark.parametrize("n_clusters", [4, None])
 @pytest.mark.parametrize("form", FORMS)
-def test_four_pieces_are_found(form, n_clusters):
+def test_four_pieces_are_found(form, n_clusters, regularization):
     model = SMCE(n_clusters, n_neighbors=7, form=form, random_state=0)
+    model.set_params(regularization=regularization)
     np.testing.assert_array_equal(model.fit_predict(curve4_points), curve4_pieces)
     assert model.n_clusters_ == 4
 
 
-def test_interleaved_trefoil_knots_in_100_dimensions():
+@pytest.mark.parametrize("regularization", [10, 30, 100])
+def test_interleaved_trefoil_knots_in_100_dimensions(regularization):
     rng = np.random.default_rng(0)
     t = np.linspace(0, 2 * np.pi, 75, endpoint=False)
     x, y = np.sin(t) + 2 * np.sin(2 * t), np.cos(t) - 2 * np.cos(2 * t)
@@ -244,8 +248,8 @@ def test_interleaved_trefoil_knots_in_100_dimensions():
     turned = np.c_[cos * x - sin * y, sin * x + cos * y, -np.sin(3 * t)]
     plane, _ = np.linalg.qr(rng.normal(size=(100, 3)))
     X = np.r_[knot, turned] @ plane.T
-    labels = SMCE(2, n_neighbors=49, random_state=0).fit_predict(X)
-    np.testing.assert_array_equal(labels, np.repeat([0, 1], 75))
+    model = SMCE(2, regularization=regularization, n_neighbors=49, random_state=0)
+    np.testing.assert_array_equal(model.fit_predict(X), np.repeat([0, 1], 75))
 
 
 def test_labels_are_numbered_as_they_appear():
@@ -351,6 +355,7 @@ def test_more_charts_than_the_elbow_curve_considers():
         ({"prune": 1.1}, "'prune' parameter of SMCE.*Got 1.1"),
         ({"regularization": -1}, "'regularization' parameter of SMCE.*Got -1"),
         ({"regularization": np.nan}, "'regularization' parameter of SMCE.*Got nan"),
+        ({"regularization": np.inf}, "'regularization' parameter of SMCE.*Got inf"),
         ({"random_state": "x"}, "'random_state' parameter of SMCE.*'x'"),
     ],
 )
@@ -364,8 +369,17 @@ def test_parameters_out_of_range(parameters, message):
     [
         ([[1.0], [np.nan], [2.0]], "Input X contains NaN"),
         ([[1.0], [np.inf], [2.0]], "Input X contains infinity"),
+        ([[1.0], [-np.inf], [2.0]], "Input X contains infinity"),
         ([[1.0, 2.0]], "minimum of 2 is required by SMCE"),
         ([1.0, 2.0], "Expected 2D array"),
+        (np.empty((5, 0)), r"0 feature\(s\).*minimum of 1 is required by SMCE"),
+        ([["a", 1.0], ["b", 2.0]], "X must hold numbers: could not convert.*'a'"),
+        (
+            pd.DataFrame({"weight": [1.0, 2.0], "winner": ["start 1", "start 2"]}),
+            "X must hold numbers: could not convert.*'start 1'",
+        ),
+        (random_points(0) + 1j, "Complex data not supported"),
+        (1e150 * line["X"].T, r"X must lie within 1e\+100 of zero.*Got -?\de\+1"),
     ],
 )
 def test_points_out_of_range(X, message):

@@ -1,0 +1,133 @@
+"""Points written as affine combinations of their neighbours, near ones preferred.
+
+Every point has a small convex program of its own. All programs of a chunk of points
+are solved as one, so that the solver is called seldom and memory stays bounded.
+"""
+
+from __future__ import annotations
+
+import warnings
+
+import cvxpy as cp
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+_CHUNK = 500  # points solved as one; more are not faster, and take more memory
+_ZERO = 1e-10  # coefficients; the solver leaves about 1e-13 where the optimum has 0
+_COPY = 1e-10  # of the furthest neighbour's distance: nearer ones are the same point
+_TOLERANCES = {
+    f"{kind}tol_{of}": value
+    for kind, value in (("", 1e-12), ("reduced_", 1e-8))  # if rounding stops it early
+    for of in ("gap_abs", "gap_rel", "feas")
+}
+
+
+def reconstruct(
+    X: Array,
+    neighbors: NDArray[np.intp],
+    *,
+    regularization: float,
+    is_normalized: bool,
+) -> tuple[Array, Array, Array]:
+    """Reconstruct every point from its neighbours by Eqs. 3 and 4.
+
+    Parameters
+    ----------
+    X : ndarray of shape (n_points, n_features)
+        Points.
+    neighbors : ndarray of shape (n_points, n_neighbors)
+        Indices of each point's neighbours, nearest first, itself not among them.
+    regularization : float
+        Weight, >= 0, of the proximity term.
+    is_normalized : bool
+        Whether points are reconstructed from unit directions towards the neighbours;
+        otherwise from the differences.
+
+    Returns
+    -------
+    coef : ndarray of shape (n_points, n_neighbors)
+        Coefficients of the neighbours; rows sum to one.
+    distances : ndarray of shape (n_points, n_neighbors)
+        Distances to the neighbours.
+    objective : ndarray of shape (n_points,)
+        Value of each point's program at its coefficients.
+
+    Raises
+    ------
+    ValueError
+        If the solver finds no optimum.
+
+    Notes
+    -----
+    The program is stated in the notes of `SMCE`. Within a chunk each point's program is
+    divided by its value at the nearest neighbour, so that the solver's tolerance of
+    1e-12 binds each of them and not only their sum. A point with exact copies among its
+    neighbours is reconstructed by these in equal shares, at no cost.
+
+    Examples
+    --------
+    A point half-way between two others is their mean.
+
+    >>> import numpy as np
+    >>> points = np.array([[0.0], [1.0], [2.0]])
+    >>> neighbors = np.array([[1, 2], [0, 2], [1, 0]])
+    >>> coef, _, _ = reconstruct(
+    ...     points, neighbors, regularization=10.0, is_normalized=True
+    ... )
+    >>> coef[1].round(6)
+    array([0.5, 0.5])
+    """
+    parts = [
+        _reconstruct(
+            X[neighbors[chunk]] - X[chunk, None], regularization, is_normalized
+        )
+        for chunk in np.split(np.arange(len(X)), range(_CHUNK, len(X), _CHUNK))
+    ]
+    coef, distances, objective = map(np.concatenate, zip(*parts, strict=True))
+    return coef, distances, objective
+
+
+def _reconstruct(
+    differences: Array, regularization: float, is_normalized: bool
+) -> tuple[Array, Array, Array]:
+    """Do it for one chunk, given the differences of neighbours and points."""
+    distances = np.linalg.norm(differences, axis=2)
+    copies = distances <= _COPY * distances.max(axis=1, keepdims=True)
+    columns = differences.transpose(0, 2, 1)  # (n_points, n_features, n_neighbors)
+    if is_normalized:
+        columns = columns / np.where(copies, np.inf, distances)[:, None]
+    totals = distances.sum(axis=1, keepdims=True)
+    penalty = regularization * distances / np.where(totals, totals, 1.0)  # Eq. 4
+    coef = copies / np.maximum(copies.sum(axis=1, keepdims=True), 1)
+    rest = ~copies.any(axis=1)
+    if rest.any():
+        coef[rest] = _solve(columns[rest], penalty[rest])
+    errors = np.einsum("ijk,ik->ij", columns, coef)
+    objective = (penalty * abs(coef)).sum(axis=1) + 0.5 * (errors**2).sum(axis=1)
+    return coef, distances, objective
+
+
+def _solve(columns: Array, penalty: Array) -> Array:
+    """Minimise penalty @ |c| + |columns @ c|^2 / 2 with sum(c) = 1, for every point."""
+    n_points, n_neighbors = penalty.shape
+    nearest = penalty[:, :1] + 0.5 * (columns[:, :, 0] ** 2).sum(axis=1, keepdims=True)
+    factors = np.linalg.qr(columns / np.sqrt(nearest)[:, :, None], mode="r")
+    errors = sp.block_diag(list(factors), format="csc")
+    sums = sp.kron(sp.eye_array(n_points), np.ones((1, n_neighbors)), format="csc")
+    c = cp.Variable(n_points * n_neighbors)
+    cost = (penalty / nearest).ravel() @ cp.abs(c) + 0.5 * cp.sum_squares(errors @ c)
+    program = cp.Problem(cp.Minimize(cost), [sums @ c == 1])  # Eq. 3, for all i
+    with warnings.catch_warnings():  # the reduced tolerances are accurate enough
+        warnings.filterwarnings("ignore", "Solution may be inaccurate", UserWarning)
+        program.solve(solver=cp.CLARABEL, **_TOLERANCES)
+    if program.status not in (cp.OPTIMAL, cp.OPTIMAL_INACCURATE):
+        raise ValueError(
+            f"The solver found no reconstruction (status {program.status!r}). "
+            "Rescale X, raise regularization or use form='normalized'."
+        )
+    coef = np.asarray(c.value).reshape(n_points, n_neighbors)
+    coef[abs(coef) < _ZERO] = 0.0
+    return np.asarray(coef / coef.sum(axis=1, keepdims=True))

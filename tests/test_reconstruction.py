@@ -1,0 +1,88 @@
+"""The programs of all points against one solver call per point, of another solver."""
+
+import cvxpy as cp
+import numpy as np
+import pytest
+
+import msc.reconstruction
+from msc.reconstruction import reconstruct
+
+SHAPES = [  # points, features, neighbours
+    (12, 1, 4),
+    (12, 2, 11),
+    (20, 3, 6),
+    (20, 6, 8),
+    (15, 6, 14),
+    (25, 10, 5),
+    (15, 30, 12),
+    (12, 100, 8),
+    (30, 2, 3),
+    (10, 4, 1),
+]
+
+
+def sample(seed, n_points, n_features, n_neighbors):
+    """Draw points, with columns of unlike scale, and find their neighbours."""
+    rng = np.random.default_rng(seed)
+    X = rng.normal(size=(n_points, n_features)) * rng.uniform(0.1, 10, n_features)
+    distances = np.linalg.norm(X[:, None] - X, axis=2)
+    np.fill_diagonal(distances, np.inf)
+    return X, np.argsort(distances, axis=1)[:, :n_neighbors]
+
+
+def optimum(x, others, regularization, is_normalized):
+    """Solve Eq. 3 for one point, by OSQP: operator splitting, then an active set."""
+    columns = (others - x).T
+    distances = np.linalg.norm(columns, axis=0)
+    if is_normalized:
+        columns = columns / distances
+    c = cp.Variable(len(others))
+    penalty = cp.norm1(cp.multiply(regularization * distances / distances.sum(), c))
+    cost = penalty + cp.sum_squares(columns @ c) / 2
+    return cp.Problem(cp.Minimize(cost), [cp.sum(c) == 1]).solve(
+        cp.OSQP, eps_abs=1e-9, eps_rel=1e-9, max_iter=200_000, polishing=True
+    )
+
+
+@pytest.mark.parametrize("is_normalized", [True, False])
+@pytest.mark.parametrize("number", range(len(SHAPES)))
+def test_objectives_are_those_of_another_solver(number, is_normalized):
+    X, neighbors = sample(number, *SHAPES[number])
+    regularization = (1.0, 10.0, 100.0)[number % 3]
+    coef, distances, objective = reconstruct(
+        X, neighbors, regularization=regularization, is_normalized=is_normalized
+    )
+    np.testing.assert_allclose(coef.sum(axis=1), 1, rtol=1e-13)
+    np.testing.assert_allclose(
+        distances, np.linalg.norm(X[neighbors] - X[:, None], axis=2)
+    )
+    expected = [
+        optimum(x, X[others], regularization, is_normalized)
+        for x, others in zip(X, neighbors, strict=True)
+    ]
+    np.testing.assert_allclose(objective, expected, rtol=1e-6)
+
+
+@pytest.mark.parametrize("chunk", [1, 7, 20, 30])
+def test_chunks_change_nothing(chunk, monkeypatch):
+    X, neighbors = sample(0, 30, 3, 8)
+    arguments = {"regularization": 10.0, "is_normalized": True}
+    whole = reconstruct(X, neighbors, **arguments)
+    monkeypatch.setattr(msc.reconstruction, "_CHUNK", chunk)
+    parts = reconstruct(X, neighbors, **arguments)
+    assert [part.shape for part in parts] == [(30, 8), (30, 8), (30,)]
+    np.testing.assert_array_equal(parts[1], whole[1])
+    np.testing.assert_allclose(parts[2], whole[2], rtol=1e-9)
+    np.testing.assert_allclose(parts[0], whole[0], atol=1e-5)
+
+
+def test_a_chunk_of_copies_alone_needs_no_solver(monkeypatch):
+    monkeypatch.setattr(msc.reconstruction, "_solve", None)
+    coef, _, objective = reconstruct(
+        np.ones((4, 2)),
+        np.array([[1, 2], [0, 2], [0, 1], [0, 1]]),
+        regularization=10.0,
+        is_normalized=True,
+    )
+    np.testing.assert_array_equal(coef, 0.5)
+    np.testing.assert_array_equal(objective, 0)
