@@ -40,6 +40,7 @@ ROW = [
     "effects",
     "measured",
     "claim_file",
+    "verdicts",
     "claims",
     "claims_page",
     "plots",
