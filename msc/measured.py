@@ -121,8 +121,8 @@ def measure(measurement: Measurement, results: Mapping[str, Any]) -> list[Effect
     Returns
     -------
     list of Effect
-        One, or as many as lists ask for; NaN where a result file has null, as for the
-        error away from jumps where no test task is.
+        One, or as many as lists ask for; NaN where no test task counts, as away from
+        jumps if training tasks lie far apart.
 
     Raises
     ------
@@ -173,10 +173,6 @@ def _look_up(measurement: Measurement, results: Mapping[str, Any]) -> list[Effec
 _WORDS = {"n_samples": "n = {}", "n_charts": "{} charts", "baseline": "against {}"}
 
 
-def _effect(value: float | None, low: float | None, high: float | None) -> Effect:
-    return Effect(nan) if value is None else Effect(value, low, high)
-
-
 def _cell(study: dict[str, Any], design: str, n_samples: int) -> dict[str, Any]:
     found: dict[str, Any] = next(
         cell
@@ -186,25 +182,37 @@ def _cell(study: dict[str, Any], design: str, n_samples: int) -> dict[str, Any]:
     return found
 
 
+def _is_empty(study: dict[str, Any], cell: dict[str, Any], name: str) -> bool:
+    """Whether no test task counts here for a measure that other cells have."""
+    others = (name in other["measures"] for other in study["cells"])
+    return name not in cell["measures"] and any(others)
+
+
 def _ratio(
     study: dict[str, Any], name: str, design: str, n_samples: int, baseline: str
 ) -> Effect:
     """Find the charts' error over another method's, a paired comparison."""
+    cell = _cell(study, design, n_samples)
+    if _is_empty(study, cell, name):
+        return Effect(nan)
     found = next(
         ratio
-        for ratio in _cell(study, design, n_samples)["ratios"]
+        for ratio in cell["ratios"]
         if (ratio["measure"], ratio["method"], ratio["baseline"])
         == (name, "charts", baseline)
     )
-    return _effect(found["ratio"], found["low"], found["high"])
+    return Effect(found["ratio"], found["low"], found["high"])
 
 
 def _mean(
     study: dict[str, Any], name: str, design: str, n_samples: int, method: str
 ) -> Effect:
     """Find a method's mean."""
-    found = _cell(study, design, n_samples)["measures"][name][method]
-    return _effect(found["mean"], found["low"], found["high"])
+    cell = _cell(study, design, n_samples)
+    if _is_empty(study, cell, name):
+        return Effect(nan)
+    found = cell["measures"][name][method]
+    return Effect(found["mean"], found["low"], found["high"])
 
 
 def _sweep(study: dict[str, Any], name: str, n_samples: int, n_charts: int) -> Effect:
@@ -214,7 +222,7 @@ def _sweep(study: dict[str, Any], name: str, n_samples: int, n_charts: int) -> E
         for entry in study["sweep"]
         if (entry["n_samples"], entry["n_charts"]) == (n_samples, n_charts)
     )
-    return _effect(found["mean"], found["low"], found["high"])
+    return Effect(found["mean"], found["low"], found["high"])
 
 
 def _jumps(audit: dict[str, Any], where: str) -> Effect:
