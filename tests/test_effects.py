@@ -2,7 +2,7 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from msc.effects import Effect, average, difference, quotient, widened
@@ -32,6 +32,7 @@ def test_the_interval_of_a_quotient_covers_as_often_as_it_says():
     assert covered / 2_000 == pytest.approx(0.95, abs=0.015)
 
 
+@settings(max_examples=30, deadline=None)
 @given(effects(), effects())
 def test_a_quotient_turned_round_is_the_inverse(one, other):
     forth, back = quotient(one, other), quotient(other, one)
@@ -40,6 +41,7 @@ def test_a_quotient_turned_round_is_the_inverse(one, other):
     assert forth.label == "n = 8"
 
 
+@settings(max_examples=30, deadline=None)
 @given(effects(), effects())
 def test_a_difference_is_wider_than_either(one, other):
     found = difference(one, other)
@@ -67,6 +69,7 @@ def test_averages_keep_the_widest_interval():
     assert average(two, geometric=False) == Effect(2.0, 1.0, 4.0)
 
 
+@settings(max_examples=30, deadline=None)
 @given(effects(), st.integers(2, 50))
 def test_more_looks_widen_an_interval(effect, n_looks):
     assert widened(effect, 1).bounds == pytest.approx(effect.bounds)
