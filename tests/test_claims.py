@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pytest
 import yaml
+from imagined import imagine
 
 from msc.book import pages
 from msc.claim_file import load_claims
@@ -447,6 +448,19 @@ def test_verdicts_can_be_told_apart_without_colour():
 @pytest.mark.parametrize("claim", CLAIMS, ids=lambda claim: claim.id)
 def test_quotations_are_short(claim):
     assert len(claim.quote.split()) < 40
+
+
+@pytest.mark.parametrize("claim", CLAIMS, ids=lambda claim: claim.id)
+def test_a_claim_can_come_out_either_way(claim):
+    built_in = any(reading.by_construction for reading in claim.readings)
+    confirmed = judge(claim, imagine(right=True))
+    assert confirmed.verdict == ("by construction" if built_in else "reproduced")
+    assert {one.verdict for one in confirmed.readings} <= {
+        "reproduced",
+        confirmed.verdict,
+    }
+    refuted = judge(claim, imagine(right=False))
+    assert {one.verdict for one in refuted.readings} == {"not reproduced"}
 
 
 @pytest.fixture(scope="module")
