@@ -16,9 +16,13 @@ from typing import Any
 import yaml
 
 from msc.chapters import BookError, Chapter, run_chapters, run_tool
+from msc.claims_page import write_claims
 from msc.notebook import declared_parameters, read_notebook, write_notebook
 
 PROFILES = ("quick", "full")
+
+# A list in a result file that is longer holds data, which no page quotes.
+LONGEST = 10
 
 # The package of the lock that carries MathJax: the book needs no network.
 MATHJAX = "sphinx-mathjax-offline"
@@ -126,15 +130,18 @@ def substitutions(root: Path) -> dict[str, Any]:
     dict from str to number, string or bool
         Nested names are joined by underscores, the file's own first: `single.mse` in
         `fig3.json` becomes `fig3_single_mse`, and a page writes
-        `{{ fig3_single_mse }}`.
+        `{{ fig3_single_mse }}`. Whatever cannot stand in a name becomes an underscore;
+        lists longer than ten entries are left out.
     """
     flat: dict[str, Any] = {}
 
     def collect(name: str, value: Any) -> None:
+        if isinstance(value, list) and len(value) > LONGEST:
+            return
         if isinstance(value, dict | list):
             pairs = value.items() if isinstance(value, dict) else enumerate(value)
             for key, item in pairs:
-                collect(f"{name}_{key}".replace("-", "_").replace(".", "_"), item)
+                collect(re.sub(r"\W", "_", f"{name}_{key}"), item)
         else:
             flat[name] = value
 
@@ -168,6 +175,7 @@ def _stage(root: Path, stage: Path, chapters: list[Chapter]) -> None:
     config.setdefault("parse", {})["myst_substitutions"] = substitutions(root)
     (stage / "book" / "_config.yml").write_text(yaml.safe_dump(config))
     shutil.copy(root / "_toc.yml", stage / "book")
+    write_claims(root, stage / "book", {page.stem for page in pages(root)})
 
 
 def _render(stage: Path) -> Path:

@@ -55,6 +55,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         add_survey,
         add_render,
         _add_evaluate,
+        _add_claims,
         _add_run,
         _add_book,
     ):
@@ -105,6 +106,34 @@ def _run_evaluate(options: argparse.Namespace) -> None:
             out = folder / f"elbow_{world}.json"
             replace_file(out, format_study(run_elbows(world, **what)))
             print(out)
+
+
+def _add_claims(commands: "Commands") -> None:
+    """Declare `msc claims`."""
+    parser = commands.add_parser("claims", help="judge the paper's claims")
+    parser.add_argument("--out", type=Path, help="a .json file")
+    parser.set_defaults(run=_run_claims)
+
+
+def _run_claims(options: argparse.Namespace) -> None:
+    """Hold the measured results against every claim; print the verdicts."""
+    from msc.claims import judge_all, summarise
+
+    out: Path | None = options.out
+    if out:
+        check_output(out, ".json")
+    verdicts = judge_all(Path.cwd())
+    width = max(len(one.claim.id) for one in verdicts)
+    for one in verdicts:
+        print(f"{one.claim.id:{width}}  {one.words:18}  {one.measured}")
+        if len(one.readings) > 1:
+            print(f"{'':{width}}  {'':18}  {one.sentence}")
+    for one in verdicts:
+        if one.unexplained:
+            print(f"{one.claim.id}: {one.verdict}, but no `why` quotes a measurement")
+    if out:
+        replace_file(out, json.dumps(summarise(verdicts), indent=2) + "\n")
+        print(out)
 
 
 def _add_run(commands: "Commands") -> None:

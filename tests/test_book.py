@@ -59,6 +59,38 @@ def make_book(root):
     return root
 
 
+CLAIM = """
+- id: no-jumps
+  claim: The manifold has no jumps.
+  quote: smooth changes to the task (angle) result in smooth changes […]
+  section: IV-A
+  chapter: one
+  measured: {file: data/results/audit.json}
+  readings:
+    the circle cut open: {jumps: besides the cut, equals: 0, by_construction: We cut.}
+    the circle closed: {jumps: on the circle, equals: 0, unit: jumps}
+  margin: One is too many.
+  why: There are {the circle closed}.
+"""
+
+
+def add_claims(root):
+    """Add a claim, what was measured of it, and a page of its readings."""
+    jump = {"between_deg": [359, 360], "is_jump": True}
+    results = root / "data" / "results"
+    (results / "audit.json").write_text(json.dumps({"jumps": [jump]}))
+    (results / "claims.json").write_text("{}")
+    (root / "book" / "claims.yml").write_text(CLAIM)
+    include = "\n```{{include}} {}\n```\n"
+    page = "# Claims\n\n## Readings\n" + include.format("claims_readings.md")
+    (root / "book" / "claims.md").write_text(page + "\n```{bibliography}\n```\n")
+    with (root / "book" / "index.md").open("a") as index:
+        index.write(include.format("claims_table.md"))
+    with (root / "_toc.yml").open("a") as toc:
+        toc.write("- file: claims\n")
+    return root
+
+
 @pytest.fixture
 def repository(tmp_path):
     return make_book(tmp_path)
@@ -168,8 +200,11 @@ def test_missing_page_and_missing_book_are_named(repository):
 
 def test_results_become_substitutions(repository):
     file = repository / "data" / "results" / "fig-3.json"
-    file.write_text('{"mse": [1, {"low.5": 0.5}], "holds": true}')
+    many = list(range(11))
+    results = {"mse": [1, {"low.5": 0.5}], "holds": True, "many": many, "a, b": "c"}
+    file.write_text(json.dumps(results))
     assert substitutions(repository) == {
+        "fig_3_a__b": "c",
         "fig_3_mse_0": 1,
         "fig_3_mse_1_low_5": 0.5,
         "fig_3_holds": True,
@@ -180,7 +215,8 @@ def test_results_become_substitutions(repository):
 @pytest.fixture(scope="module")
 def built(tmp_path_factory):
     """Return the index page of the tiny book, built."""
-    return build_book(root=make_book(tmp_path_factory.mktemp("a tiny book")))
+    root = make_book(tmp_path_factory.mktemp("a tiny book"))
+    return build_book(root=add_claims(root))
 
 
 def contents(folder):
@@ -196,6 +232,19 @@ def test_book_is_complete(built):
     assert "quick 6" in page
     assert "# Parameters" not in page  # what papermill writes above injected values
     assert list(json.loads((root / "_build" / "chapters.json").read_text())) == ["one"]
+
+
+def test_book_opens_with_the_verdicts_and_shows_their_readings(built):
+    index, page = (
+        re.sub(r"\s+", " ", (built.parent / name).read_text())
+        for name in ("index.html", "claims.html")
+    )
+    assert 'href="one.html"><span class="doc std std-doc">no-jumps' in index
+    assert re.search(
+        r'href="claims.html#claim-no-jumps">.{,40}◇ by construction', index
+    )
+    assert 'id="claim-no-jumps"' in page
+    assert "There are 1 jumps." in page
 
 
 def test_book_needs_no_network(built):

@@ -48,7 +48,12 @@ ROW = [
     "cells",
     "plan",
     "study",
+    "effects",
+    "measured",
+    "claim_file",
+    "verdicts",
     "claims",
+    "claims_page",
     "plots",
     "study_tables",
     "plots_study",
@@ -75,9 +80,9 @@ LEARNERS = {
     "crkr",
     "elbows",
     "gates",
+    "sampling",
+    "methods",
 }
-ROBOT = set(ROW[: ROW.index("spectral")]) - {"tables", "jumps"}
-LEARNERS = {"spectral", "smce", "gaussian", "skill", "crkr", "sampling", "methods"}
 ONLY_IN = {
     "pybullet": {"bullet"},
     "pybullet_data": {"bullet"},

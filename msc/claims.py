@@ -1,0 +1,164 @@
+"""The paper's claims, judged: from `book/claims.yml` and result files to verdicts."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from msc.claim_file import Claim, load_claims
+from msc.effects import Effect
+from msc.tables import checksum
+from msc.verdicts import Verdict, judge
+
+CLAIMS = "book/claims.yml"
+VERDICTS = "data/results/claims.json"
+
+# What makes the result files whose names begin so.
+_COMMANDS = {
+    "study": "msc evaluate --profile full",
+    "elbow": "msc evaluate --profile full",
+    "audit": "msc audit data/{world}.csv --out {name}",
+    "results": "make bench",
+    "free": "make data",
+    "obstacles": "make data",
+}
+
+
+def judge_all(root: Path) -> list[Verdict]:
+    """Judge all claims of a repository.
+
+    Parameters
+    ----------
+    root : Path
+        The repository: `book/claims.yml` and the result files that it names.
+
+    Returns
+    -------
+    list of Verdict
+        In the order of the file.
+
+    Raises
+    ------
+    ValueError
+        If a claim or a result file is not as wanted.
+    """
+    claims = load_claims(root / CLAIMS)
+    results = load_results(claims, root)
+    return [judge(claim, results) for claim in claims]
+
+
+def load_results(claims: Iterable[Claim], root: Path) -> dict[str, Any]:
+    """Load the result files that claims need.
+
+    Parameters
+    ----------
+    claims : iterable of Claim
+        The claims.
+    root : Path
+        The repository.
+
+    Returns
+    -------
+    dict
+        Contents by name: of tables a DataFrame.
+
+    Raises
+    ------
+    ValueError
+        If a file is missing, or was made from other tables than are there now.
+    """
+    results: dict[str, Any] = {}
+    for claim in claims:
+        for name in sorted(claim.files - set(results)):
+            path = root / name
+            if not path.is_file():
+                kind, _, world = path.stem.partition("_")
+                command = _COMMANDS[kind].format(world=world, name=name)
+                raise ValueError(
+                    f"claim {claim.id!r}: {name} is not there; make it: {command}"
+                )
+            if path.suffix == ".csv":
+                results[name] = pd.read_csv(path)
+            else:
+                results[name] = json.loads(path.read_text(encoding="utf-8"))
+                _refuse_stale(name, results[name], root / "data")
+    return results
+
+
+def claims_table(verdicts: Iterable[Verdict]) -> pd.DataFrame:
+    """Put verdicts below one another.
+
+    Parameters
+    ----------
+    verdicts : iterable of Verdict
+        What `judge` returned.
+
+    Returns
+    -------
+    DataFrame
+        Index: the claims' names. Columns: the claim, the verdict, what the paper's own
+        reading measured, and which reading gave which verdict.
+    """
+    rows = {
+        one.claim.id: {
+            "claim": one.claim.claim,
+            "verdict": one.words,
+            "measured": one.measured,
+            "readings": one.sentence,
+        }
+        for one in verdicts
+    }
+    return pd.DataFrame.from_dict(rows, orient="index")
+
+
+def summarise(verdicts: Iterable[Verdict]) -> dict[str, Any]:
+    """Write verdicts as plain data.
+
+    Parameters
+    ----------
+    verdicts : iterable of Verdict
+        What `judge` returned.
+
+    Returns
+    -------
+    dict
+        By claim: the verdict, the sentence, and each reading's, with its number.
+    """
+    return {
+        one.claim.id: {
+            "verdict": one.verdict,
+            "sentence": one.sentence,
+            "readings": {
+                reading.name: {
+                    "verdict": reading.verdict,
+                    **_rounded(reading.effect),
+                    "sentence": reading.sentence,
+                }
+                for reading in one.readings
+            },
+        }
+        for one in verdicts
+    }
+
+
+def _rounded(effect: Effect | None) -> dict[str, float | None]:
+    """Write a number and its interval to six digits, the same on any processor."""
+    numbers = (None,) * 3 if effect is None else (effect.value, effect.low, effect.high)
+    return {
+        name: None if number is None else float(f"{number:.6g}")
+        for name, number in zip(("value", "low", "high"), numbers, strict=True)
+    }
+
+
+def _refuse_stale(name: str, content: Any, data: Path) -> None:
+    """Refuse a result file that was made from other tables than are there."""
+    made_from = dict(content.get("provenance", {}).get("data", {}))
+    if "hash" in content:
+        made_from[content["table"]] = content["hash"]
+    for table, digest in made_from.items():
+        if checksum(data / table) != digest:
+            raise ValueError(f"{name} was made from another {table}; make it anew")

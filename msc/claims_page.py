@@ -1,0 +1,127 @@
+"""Verdicts as Markdown: the table that opens the book, and every reading of a claim."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+from pathlib import Path
+
+from msc.claims import CLAIMS, VERDICTS, judge_all
+from msc.verdicts import BUILT_IN, Verdict
+
+TABLE = "claims_table.md"
+READINGS = "claims_readings.md"
+
+
+def write_claims(root: Path, folder: Path, pages: Collection[str]) -> None:
+    """Write what pages of the book include: the table, and all readings.
+
+    Parameters
+    ----------
+    root : Path
+        The repository. Without `book/claims.yml` nothing is written; before there are
+        verdicts, `data/results/claims.json`, a sentence that says so.
+    folder : Path
+        Where the pages are laid out.
+    pages : collection of str
+        Their names; only these are linked to.
+
+    Raises
+    ------
+    ValueError
+        If a claim or a result file is not as wanted.
+    """
+    if not (root / CLAIMS).is_file():
+        return
+    if (root / VERDICTS).is_file():
+        verdicts = judge_all(root)
+        table, readings = table_markdown(verdicts, pages), readings_markdown(verdicts)
+    else:
+        table = readings = f"*No verdicts yet: `msc claims --out {VERDICTS}`.*\n"
+    (folder / TABLE).write_text(table, encoding="utf-8")
+    (folder / READINGS).write_text(readings, encoding="utf-8")
+
+
+def table_markdown(verdicts: Sequence[Verdict], pages: Collection[str]) -> str:
+    """Write the table that opens the book.
+
+    Parameters
+    ----------
+    verdicts : sequence of Verdict
+        What `msc.claims.judge` returned.
+    pages : collection of str
+        Names of the book's pages; others are not linked to.
+
+    Returns
+    -------
+    str
+        Markdown: each claim linked to the chapter that shows it, each verdict to its
+        readings.
+    """
+    rows = [_row("claim", "the paper says", "here", "measured"), _RULE]
+    for one in verdicts:
+        claim = one.claim
+        linked = claim.chapter in pages
+        name = f"[{claim.id}]({claim.chapter})" if linked else claim.id
+        here = f"[{one.words}](claim-{claim.id})"
+        rows.append(
+            f"| {name} | “{_cell(claim.quote)}” | {here} | {_cell(one.measured)} |"
+        )
+    return "\n".join(rows) + "\n"
+
+
+def readings_markdown(verdicts: Sequence[Verdict]) -> str:
+    """Write a section a claim: what each reading measured, and its verdict.
+
+    Parameters
+    ----------
+    verdicts : sequence of Verdict
+        What `msc.claims.judge` returned.
+
+    Returns
+    -------
+    str
+        Markdown, with the anchor `claim-…` for each claim.
+    """
+    return "\n\n".join(_section(one) for one in verdicts) + "\n"
+
+
+def _section(one: Verdict) -> str:
+    """Write the section of a claim."""
+    claim = one.claim
+    built_in = [
+        asked.by_construction
+        for asked, found in zip(claim.readings, one.readings, strict=True)
+        if found.verdict == BUILT_IN
+    ]
+    rows = [_row("reading", "measured", "wanted", "verdict"), _RULE]
+    for reading in one.readings:
+        cells = (reading.name, reading.measured, reading.wanted or "–", reading.verdict)
+        rows.append(_row(*map(_cell, cells)))
+    paragraphs = [
+        f"(claim-{claim.id})=\n### {claim.id}: {one.words}",
+        f"> “{_line(claim.quote)}” {{cite}}`paper` ({claim.section})",
+        _line(claim.claim),
+        "\n".join(
+            ["| reading | measured | wanted | verdict |", "|---|---|---|---|", *rows]
+        ),
+        f"**Margin.** {_line(claim.margin)}" if claim.margin else "",
+        *(f"**By construction.** {_line(reason)}" for reason in built_in),
+        f"**Why.** {_line(one.why)}" if one.why else "",
+    ]
+    return "\n\n".join(paragraph for paragraph in paragraphs if paragraph)
+
+
+_RULE = "|---|---|---|---|"
+
+
+def _row(*cells: str) -> str:
+    return f"| {' | '.join(cells)} |"
+
+
+def _line(text: str) -> str:
+    return " ".join(text.split())
+
+
+def _cell(text: str) -> str:
+    """Make text fit a cell of a table."""
+    return _line(text).replace("|", r"\|")

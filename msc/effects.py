@@ -1,0 +1,192 @@
+"""Measured numbers with their intervals, and what becomes of both when combined."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.stats import norm
+
+
+@dataclass(frozen=True)
+class Effect:
+    """A measured number and its 95 % interval.
+
+    Attributes
+    ----------
+    value : float
+        The number.
+    low, high : float, optional
+        Its interval; without one, the number is taken as exact, as a count is.
+    label : str
+        Which of several numbers it is, as "n = 24".
+    """
+
+    value: float
+    low: float | None = None
+    high: float | None = None
+    label: str = ""
+
+    @property
+    def bounds(self) -> tuple[float, float]:
+        """The interval, or the number twice."""
+        low = self.value if self.low is None else self.low
+        return low, self.value if self.high is None else self.high
+
+    def __str__(self) -> str:
+        """Say it to three digits."""
+        if self.low is None and self.high is None:
+            return _digits(self.value)
+        low, high = map(_digits, self.bounds)
+        return f"{_digits(self.value)} [{low}, {high}]"
+
+
+def quotient(top: Effect, bottom: Effect) -> Effect:
+    """Divide one number by another.
+
+    Parameters
+    ----------
+    top, bottom : Effect
+        Positive numbers, measured apart.
+
+    Returns
+    -------
+    Effect
+        Their quotient, labelled as the first. Its interval joins theirs on a
+        logarithmic scale as if the two were independent, the method of variance
+        estimates recovery [1]_. Errors on the same test tasks rise and fall together;
+        then the interval is wider than it need be.
+
+    Raises
+    ------
+    ValueError
+        If an interval reaches zero, unless only the first number has one.
+
+    References
+    ----------
+    .. [1] A. Donner and G. Y. Zou, Closed-form confidence intervals for functions of
+       the normal mean and standard deviation. Statistical Methods in Medical Research
+       21(4), 2012.
+
+    Examples
+    --------
+    >>> print(quotient(Effect(2.0, 1.0, 4.0), Effect(1.0, 1.0, 1.0)))
+    2 [1, 4]
+    """
+    if bottom.low is None and bottom.value > 0:
+        return _scaled(top, 1 / bottom.value)
+    for effect in (top, bottom):
+        if min(effect.value, *effect.bounds) <= 0:
+            raise ValueError(f"{effect}: wanted positive numbers for a quotient")
+    logs = (_mapped(np.log, effect) for effect in (top, bottom))
+    return _mapped(np.exp, difference(*logs))
+
+
+def difference(plus: Effect, minus: Effect) -> Effect:
+    """Subtract one number from another.
+
+    Parameters
+    ----------
+    plus, minus : Effect
+        Numbers, measured apart.
+
+    Returns
+    -------
+    Effect
+        Their difference, with an interval as in `quotient`, but on a linear scale.
+
+    Examples
+    --------
+    >>> print(difference(Effect(9.0, 6.0, 12.0), Effect(4.0, 0.0, 8.0)))
+    5 [0, 10]
+    """
+    value = plus.value - minus.value
+    if plus.low is None and minus.low is None:
+        return Effect(value, label=plus.label)
+    (below, above), (under, over) = plus.bounds, minus.bounds
+    down = np.hypot(plus.value - below, over - minus.value)
+    up = np.hypot(above - plus.value, minus.value - under)
+    return Effect(value, float(value - down), float(value + up), plus.label)
+
+
+def average(effects: Sequence[Effect], *, geometric: bool) -> Effect:
+    """Average numbers that were measured together.
+
+    Parameters
+    ----------
+    effects : sequence of Effect
+        The numbers.
+    geometric : bool
+        Whether their logarithms are averaged.
+
+    Returns
+    -------
+    Effect
+        The average. Its interval is the average of theirs, as if all erred alike: the
+        widest that it can be.
+
+    Examples
+    --------
+    >>> print(average([Effect(1.0, 0.5, 2.0), Effect(4.0, 2.0, 8.0)], geometric=True))
+    2 [1, 4]
+    """
+    rows = np.array([(effect.value, *effect.bounds) for effect in effects])
+    means = np.exp(np.log(rows).mean(axis=0)) if geometric else rows.mean(axis=0)
+    value, low, high = map(float, means)
+    return Effect(value, low, high)
+
+
+def widened(effect: Effect, n_looks: int) -> Effect:
+    """Widen an interval for having looked at several.
+
+    Parameters
+    ----------
+    effect : Effect
+        One of them.
+    n_looks : int
+        How many there are.
+
+    Returns
+    -------
+    Effect
+        The same number. All of `n_looks` such intervals together miss with 5 %, by
+        Bonferroni's inequality and as if they were normal (their logarithms, if all
+        is positive).
+
+    Examples
+    --------
+    >>> print(widened(Effect(1.0, 0.5, 2.0), 20))
+    1 [0.343, 2.91]
+    """
+    if effect.low is None:
+        return effect
+    factor = norm.ppf(1 - 0.025 / n_looks) / norm.ppf(1 - 0.025)
+    if min(effect.value, *effect.bounds) > 0:
+        return _mapped(np.exp, _stretched(_mapped(np.log, effect), factor))
+    return _stretched(effect, factor)
+
+
+def _scaled(effect: Effect, factor: float) -> Effect:
+    return _mapped(lambda number: factor * number, effect)
+
+
+def _stretched(effect: Effect, factor: float) -> Effect:
+    low, high = (
+        effect.value + factor * (bound - effect.value) for bound in effect.bounds
+    )
+    return replace(effect, low=float(low), high=float(high))
+
+
+def _mapped(function: Callable[[float], float], effect: Effect) -> Effect:
+    """Change the scale of a number and of its interval."""
+    low, high = (
+        None if bound is None else float(function(bound))
+        for bound in (effect.low, effect.high)
+    )
+    return replace(effect, value=float(function(effect.value)), low=low, high=high)
+
+
+def _digits(value: float) -> str:
+    """Write a number with three significant digits."""
+    return f"{float(f'{value:.3g}'):,g}".replace("-", "−")

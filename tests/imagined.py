@@ -1,0 +1,124 @@
+"""Results as they would be if the paper were right in everything, or in nothing."""
+
+import pandas as pd
+
+SIZES = (8, 12, 16, 24, 36, 50, 72, 100, 180, 360)
+MSES = (
+    "mse, gate learned",
+    "mse, chart known",
+    "mse, away from jumps",
+    "standardised mse, gate learned",
+)
+METHODS = ("charts", "single regression", "CrKr", "mean policy")
+
+# By measure, whether the paper is right, and workspace: a mean for each method.
+MEANS = {
+    "mse": {
+        (True, "free"): (0.1, 0.3, 0.3, 10),
+        (True, "obstacles"): (0.1, 1, 2, 10),
+        (False, "free"): (1.5, 1, 0.1, 10),
+        (False, "obstacles"): (5, 1, 0.1, 10),
+    },
+    "error_cm": {
+        (True, "free"): (0.3, 0.6, 2, 9),
+        (True, "obstacles"): (0.3, 2, 3, 9),
+        (False, "free"): (4, 3, 0.1, 9),
+        (False, "obstacles"): (8, 3, 0.1, 9),
+    },
+}
+FEWER = {True: 3, False: 1}  # how much worse the single regression is with few samples
+
+
+def imagine(right):
+    """Return result files by name, in the layout of `msc.study` and the others."""
+    jumps = {"free": 0 if right else 2, "obstacles": 3 if right else 0}
+    results = {}
+    for world in ("free", "obstacles"):
+        results |= {
+            f"data/results/study_{world}.json": imagine_study(right, world),
+            f"data/results/elbow_{world}.json": imagine_elbow(right),
+            f"data/results/audit_{world}.json": {
+                "jumps": [
+                    {"between_deg": [k, k + 1], "is_jump": True}
+                    for k in range(jumps[world])
+                ]
+            },
+            f"data/{world}_test.csv": pd.DataFrame({"cost": [0.04, 0.06]}),
+        }
+    micro = dict.fromkeys(("median", "low", "high"), 1000.0)
+    seconds = [5.0, 6.0] if right else [0.05, 0.06]
+    results["benchmarks/results.json"] = {
+        name: {world: {key: value} for world in ("free", "obstacles")}
+        for name, key, value in (
+            ("searches", "seconds", seconds),
+            ("skill", "predict_one_microseconds", micro),
+        )
+    }
+    return results
+
+
+def imagine_study(right, world):
+    """Return a study with all numbers known to a twentieth."""
+    cells = [
+        {
+            "design": design,
+            "n_samples": size,
+            "measures": (measures := imagine_measures(right, world, size)),
+            "ratios": [
+                {"measure": measure, "method": "charts", "baseline": baseline}
+                | near(by_method["charts"]["mean"] / mean["mean"], "ratio")
+                for measure, by_method in measures.items()
+                for baseline, mean in by_method.items()
+                if baseline != "charts"
+            ],
+        }
+        for design in ("even", "uniform")
+        for size in SIZES
+    ]
+    sweep = [
+        {
+            "n_charts": n_charts,
+            "n_samples": size,
+            "measures": {MSES[0]: {"charts": near(1 + right * (n_charts - 4) ** 2)}},
+        }
+        for n_charts in range(1, 9)
+        for size in (24, 100, 360)
+    ]
+    for one in sweep if not right else []:
+        one["measures"][MSES[0]]["charts"] = near(20 - (one["n_charts"] - 4) ** 2)
+    return {"cells": cells, "sweep": sweep}
+
+
+def imagine_measures(right, world, size):
+    """Return a mean for each measure and method."""
+    mse, error = (
+        dict(zip(METHODS, MEANS[measure][right, world], strict=True))
+        for measure in ("mse", "error_cm")
+    )
+    if size < 360:
+        mse["single regression"] *= FEWER[right]
+        mse["CrKr"] *= 1 if right else 5
+        mse["charts"] *= 1.2 if right else 10
+    share, excess = (0.97, 0.002) if right else (0.3, 0.05)
+    means = dict.fromkeys(MSES, mse) | {
+        "error_cm": error,
+        "error_cm spread": error,
+        "excess_cost": {name: excess * error[name] / error["charts"] for name in error},
+        "under_1_cm": dict.fromkeys(METHODS, share),
+    }
+    return {
+        measure: {method: near(mean) for method, mean in by_method.items()}
+        for measure, by_method in means.items()
+    }
+
+
+def imagine_elbow(right):
+    """Return the elbow's picks."""
+    picked = 4 if right else 6
+    counts = {str(picked): 45, "3": 5}
+    return {"readings": {"squares": {"picked": picked, "resampled": counts}}}
+
+
+def near(value, name="mean"):
+    """Name a number and give it an interval."""
+    return {name: value, "low": 0.95 * value, "high": 1.05 * value}

@@ -1,0 +1,489 @@
+"""Verdicts on synthetic results; and the paper's claims themselves, recomputed."""
+
+import json
+from pathlib import Path
+
+import pytest
+import yaml
+from imagined import imagine
+
+from msc.book import pages
+from msc.claim_file import load_claims
+from msc.claims import claims_table, judge_all, load_results, summarise
+from msc.claims_page import readings_markdown, table_markdown, write_claims
+from msc.cli import main
+from msc.tables import checksum
+from msc.verdicts import SYMBOLS, judge
+
+ROOT = Path(__file__).parents[1]
+COMMITTED = ROOT / "data" / "results" / "claims.json"
+IDS = [
+    "manifold-free-continuous",
+    "manifold-obstacles-broken",
+    "elbow-free",
+    "elbow-obstacles",
+    "mse-free-360",
+    "mse-free-24",
+    "mse-obstacles-360",
+    "mse-obstacles-24",
+    "exec-free",
+    "exec-obstacles",
+    "fig8-free",
+    "fig8-obstacles",
+    "fig8-gap",
+    "fig8-stable",
+    "crkr-stuck",
+    "as-good-as-search",
+    "cheaper-than-search",
+    "too-many-charts",
+    "fewer-samples-hurt-single",
+]
+STUDY = "data/results/study_free.json"
+OTHER = "data/results/study_obstacles.json"
+BELOW = {"ratio": "mse", "below": 1}
+MEASURED = {"file": STUDY, "design": "even", "n_samples": 24, "baseline": "single"}
+CLAIM = {
+    "id": "lower",
+    "claim": "Charts err less.",
+    "quote": "an overall better prediction",
+    "section": "IV",
+    "chapter": "fig3_free_24",
+    "measured": MEASURED,
+    "readings": {"gate learned": BELOW},
+    "margin": "Half is half.",
+}
+
+
+def study(**cells):
+    """Return a study: by measure, the triples of value, low and high at each size."""
+    sizes = sorted({size for triples in cells.values() for size in triples})
+    return {
+        "cells": [
+            {
+                "design": "even",
+                "n_samples": size,
+                "measures": {
+                    measure: {
+                        "charts": dict(zip(("mean", "low", "high"), at, strict=True))
+                    }
+                    for measure, triples in cells.items()
+                    if (at := triples.get(size))
+                },
+                "ratios": [
+                    {"measure": measure, "method": "charts", "baseline": "single"}
+                    | dict(zip(("ratio", "low", "high"), at, strict=True))
+                    for measure, triples in cells.items()
+                    if (at := triples.get(size))
+                ],
+            }
+            for size in sizes
+        ]
+    }
+
+
+def claims_of(tmp_path, **changes):
+    """Write a file of one claim and read it; a change to None takes a field out."""
+    claim = {
+        key: value for key, value in (CLAIM | changes).items() if value is not None
+    }
+    path = tmp_path / "claims.yml"
+    path.write_text(yaml.safe_dump([claim], sort_keys=False))
+    return load_claims(path)
+
+
+@pytest.fixture
+def verdict_on(tmp_path):
+    """Return a function that judges readings of a study."""
+
+    def verdict_on(readings, results, **changes):
+        [claim] = claims_of(tmp_path, readings=readings, **changes)
+        files = results if STUDY in results else {STUDY: results}
+        return judge(claim, files)
+
+    return verdict_on
+
+
+@pytest.mark.parametrize(
+    ("predicate", "low", "high", "verdict"),
+    [
+        ({"below": 1}, 0.4, 0.9, "reproduced"),
+        ({"below": 1}, 1.1, 1.5, "not reproduced"),
+        ({"below": 1}, 0.9, 1.1, "undecided"),
+        ({"below": 1}, 0.9, 1.0, "undecided"),
+        ({"below": 0.5}, 0.6, 0.9, "not reproduced"),
+        ({"above": 1}, 1.1, 1.5, "reproduced"),
+        ({"above": 1}, 0.4, 0.9, "not reproduced"),
+        ({"above": 1}, 0.9, 1.1, "undecided"),
+        ({"at_least": 1}, 1.0, 1.5, "reproduced"),
+        ({"at_least": 1}, 0.5, 1.0, "undecided"),
+        ({"at_least": 1}, 0.5, 0.9, "not reproduced"),
+        ({"equals": 1}, 0.5, 1.5, "undecided"),
+        ({"equals": 1}, 1.5, 1.7, "not reproduced"),
+    ],
+)
+def test_the_whole_interval_decides(predicate, low, high, verdict, verdict_on):
+    value = (low + high) / 2
+    readings = {"gate learned": {"ratio": "mse"} | predicate}
+    found = verdict_on(readings, study(mse={24: (value, low, high)}))
+    assert found.verdict == verdict
+    assert found.effect.bounds == (low, high)
+    assert found.sentence.endswith(f": {verdict}")
+    assert f"{low:g}, {high:g}] × single" in found.sentence
+
+
+@pytest.mark.parametrize(
+    ("predicate", "n_jumps", "verdict"),
+    [
+        ({"equals": 0}, 0, "reproduced"),
+        ({"equals": 0}, 1, "not reproduced"),
+        ({"at_least": 3}, 3, "reproduced"),
+        ({"at_least": 3}, 2, "not reproduced"),
+        ({"below": 3}, 3, "not reproduced"),
+        ({"above": 3}, 3, "not reproduced"),
+    ],
+)
+def test_counts_decide_by_themselves(predicate, n_jumps, verdict, verdict_on):
+    jumps = [{"between_deg": [k, k + 1], "is_jump": True} for k in range(n_jumps)]
+    jumps += [{"between_deg": [90, 91], "is_jump": False}]
+    jumps += [{"between_deg": [359, 360], "is_jump": True}]
+    audit = {"jumps": jumps}
+    readings = {"cut": {"jumps": "besides the cut"} | predicate}
+    assert verdict_on(readings, audit).verdict == verdict
+    closed = {"closed": {"jumps": "on the circle", "equals": n_jumps + 1}}
+    assert verdict_on(closed, audit).verdict == "reproduced"
+
+
+LOW, HIGH, OPEN = (0.5, 0.4, 0.6), (2.0, 1.5, 3.0), (1.0, 0.5, 2.0)
+
+
+@pytest.mark.parametrize(
+    ("first", "second", "verdict"),
+    [
+        (LOW, LOW, "reproduced"),
+        (LOW, OPEN, "partly"),
+        (OPEN, LOW, "partly"),
+        (LOW, HIGH, "partly"),
+        (HIGH, HIGH, "not reproduced"),
+        (OPEN, HIGH, "not reproduced"),
+        (OPEN, OPEN, "undecided"),
+    ],
+)
+def test_readings_are_joined(first, second, verdict, verdict_on):
+    readings = {"one": BELOW, "two": BELOW | {"ratio": "mse, known"}}
+    found = verdict_on(
+        readings, study(**{"mse": {24: first}, "mse, known": {24: second}})
+    )
+    assert found.verdict == verdict
+    assert found.effect.value == first[0]
+    assert all(name in found.sentence for name in readings)
+
+
+def test_what_the_design_makes_true_is_no_evidence(verdict_on):
+    built_in = BELOW | {"by_construction": "We made it so."}
+    known = BELOW | {"ratio": "mse, known"}
+    both = {"one": built_in, "two": known}
+    for first, overall in ((LOW, "by construction"), (HIGH, "not reproduced")):
+        results = study(**{"mse": {24: first}, "mse, known": {24: HIGH}})
+        assert verdict_on({"one": built_in}, results).verdict == overall
+        assert verdict_on(both, results).verdict == overall
+    results = study(**{"mse": {24: LOW}, "mse, known": {24: HIGH}})
+    found = verdict_on({"two": known, "one": built_in}, results)
+    assert found.verdict == "partly"
+
+
+def test_what_cannot_be_tested_says_why_and_does_not_count(verdict_on):
+    never = {"theirs": {"cannot_be_tested": "Their data are not public."}}
+    found = verdict_on(never, study(mse={24: LOW}))
+    assert found.verdict == "cannot be tested"
+    assert found.sentence.startswith("Their data are not public.")
+    assert found.effect is None
+    both = verdict_on({**never, "ours": BELOW}, study(mse={24: LOW}))
+    assert both.verdict == "reproduced"
+
+
+EVERY = {"gate learned": BELOW | {"n_samples": "all"}}
+
+
+@pytest.mark.parametrize(
+    ("triples", "verdict"),
+    [
+        ({8: LOW, 24: LOW, 50: LOW}, "reproduced"),
+        ({8: LOW, 24: OPEN, 50: LOW}, "undecided"),
+        ({8: LOW, 24: HIGH, 50: LOW}, "not reproduced"),
+        # Excludes one, but would not if it stood for the worst of three.
+        ({8: LOW, 24: (1.2, 1.01, 1.42), 50: LOW}, "undecided"),
+    ],
+)
+def test_a_claim_about_every_size_must_hold_at_each(triples, verdict, verdict_on):
+    found = verdict_on(EVERY, study(mse=triples))
+    assert found.verdict == verdict
+    worst = max(triples, key=lambda size: triples[size][0])
+    assert found.effect.label == f"n = {worst}"
+    n_low = sum(triple == LOW for triple in triples.values())
+    assert f"{n_low} as claimed" in found.sentence
+
+
+def test_sizes_without_such_tasks_are_left_out_but_not_a_mistyped_measure(verdict_on):
+    results = study(away={24: LOW}, mse={8: LOW, 24: LOW})
+    away = {"away": BELOW | {"ratio": "away", "n_samples": [8, 24]}}
+    found = verdict_on(away, results)
+    assert found.verdict == "reproduced"
+    assert "1 without such test tasks" in found.sentence
+    only = {"away": BELOW | {"ratio": "away", "n_samples": 8}}
+    assert verdict_on(only, results).verdict == "cannot be tested"
+    wrong = {"away": BELOW | {"ratio": "mes"}}
+    message = f"claim 'lower', 'away': {STUDY} has no ratio: mes, design: even"
+    with pytest.raises(ValueError, match=message):
+        verdict_on(wrong, results)
+
+
+def test_numbers_from_two_files_are_combined(verdict_on):
+    results = {
+        STUDY: study(mse={24: (2.0, 1.0, 4.0), 50: (1.0, 1.0, 1.0)}),
+        OTHER: study(mse={24: (8.0, 8.0, 8.0), 50: (1.0, 1.0, 1.0)}),
+    }
+    one = {"ratio": "mse", "n_samples": "all", "average": True}
+    sides = {"top": one | {"file": OTHER}, "bottom": one}
+    found = verdict_on({"gap": {"quotient": sides, "above": 1}}, results)
+    assert found.effect.value == pytest.approx(2)
+    assert found.effect.bounds == pytest.approx((2**0.5, 8**0.5))
+    means = {"mean": "mse", "method": "charts"}
+    sides = {"plus": means | {"file": OTHER}, "minus": means}
+    found = verdict_on({"gap": {"difference": sides, "above": 5}}, results)
+    assert found.effect.bounds == (4.0, 7.0)
+    every = {
+        "top": means | {"n_samples": [24, 50]},
+        "bottom": means | {"n_samples": 50},
+    }
+    found = verdict_on({"stable": {"quotient": every, "below": 5}}, results)
+    assert found.effect.label == "n = 24"
+    assert found.effect.bounds == (1.0, 4.0)
+
+
+def test_the_elbow_must_pick_four_mostly(verdict_on):
+    elbow = {"readings": {"squares": {"picked": 4, "resampled": {"4": 40, "5": 10}}}}
+    share = {"picked_share": "squares", "count": 4, "above": 0.5}
+    readings = {"pick": {"picked": "squares", "equals": 4}, "share": share}
+    found = verdict_on(readings, elbow)
+    assert found.verdict == "reproduced"
+    low, high = found.readings[1].effect.bounds
+    assert 0.6 < low < 0.8 < high < 0.9
+    assert (
+        verdict_on({"share": share | {"count": 5}}, elbow).verdict == "not reproduced"
+    )
+
+
+def test_times_are_joined_over_their_range(verdict_on):
+    costs = {
+        "searches": {"free": {"seconds": [4.0, 6.0]}},
+        "skill": {
+            "free": {
+                "predict_one_microseconds": {"median": 1e4, "low": 1e4, "high": 1e4}
+            }
+        },
+    }
+    sides = {"top": {"seconds": "search"}, "bottom": {"seconds": "prediction"}}
+    readings = {"time": {"quotient": sides, "world": "free", "above": 100}}
+    found = verdict_on(readings, costs)
+    assert found.effect.bounds == pytest.approx((400, 600))
+
+
+def reading(**changes):
+    return {"readings": {"gate learned": BELOW | changes}}
+
+
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"quote": None}, r"claim 'lower', quote: missing"),
+        ({"id": None}, r"claim 'number 1', id: missing"),
+        ({"title": "x"}, r"claim 'lower', title: unknown"),
+        ({"section": 4}, r"claim 'lower', section: 4; wanted text"),
+        ({"readings": ["x"]}, r"claim 'lower', readings: \['x'\]; wanted a mapping"),
+        ({"quote": "word " * 41}, r"claim 'lower', quote: 41 words; wanted at most 40"),
+        ({"measured": {"sise": 3}}, r"claim 'lower', measured: 'sise' unknown"),
+        (reading(above=1), r"'gate learned': predicates \['below', 'above'\]; wanted"),
+        (reading(below="1"), r"'gate learned': below: '1'; wanted a number"),
+        (reading(sise=3), r"'gate learned': sise: unknown"),
+        (reading(mean="mse"), r"kind: got \['ratio', 'mean'\]; wanted one of ratio"),
+        (reading(cannot_be_tested="x"), r"cannot_be_tested stands alone"),
+        ({"readings": {"gate": 3}}, r"readings: 'gate': wanted a mapping"),
+        ({"readings": {"a.b": BELOW}}, r"readings: 'a.b'; wanted a name without"),
+        (
+            {"measured": {"file": STUDY, "design": "even", "n_samples": 24}},
+            r"readings: 'gate learned': baseline: missing, but ratio needs it",
+        ),
+        (
+            {"readings": {"gap": {"quotient": {"top": {"ratio": "mse"}}, "below": 1}}},
+            r"'gap': quotient: wanted two measurements, \('top', 'bottom'\)",
+        ),
+        ({**reading(below=0.5), "margin": None}, r"claim 'lower', margin: missing"),
+        ({"why": "It fell by 20 %: {gate learned}."}, r"why: has a typed number"),
+        ({"why": "See {gate}."}, r"why: \{gate\} unknown; wanted one of gate learned"),
+        ({"support": {"mean": {"mean": "mse"}}}, r"support: 'mean': method: missing"),
+    ],
+)
+def test_a_bad_claim_names_itself_and_the_field(changes, message, tmp_path):
+    with pytest.raises(ValueError, match=message):
+        claims_of(tmp_path, **changes)
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("- id: [", r"claims\.yml is not YAML"),
+        ("id: x", r"claims\.yml: wanted a list of claims"),
+        (yaml.safe_dump([CLAIM, CLAIM]), r"claim 'lower', id: used twice"),
+    ],
+)
+def test_a_bad_file_is_refused(text, message, tmp_path):
+    path = tmp_path / "claims.yml"
+    path.write_text(text)
+    with pytest.raises(ValueError, match=message):
+        load_claims(path)
+
+
+@pytest.fixture
+def repository(tmp_path, monkeypatch):
+    """Lay out a repository of one claim and its study; work there."""
+    (tmp_path / "book").mkdir()
+    (tmp_path / "data" / "results").mkdir(parents=True)
+    (tmp_path / "book" / "claims.yml").write_text(yaml.safe_dump([CLAIM]))
+    (tmp_path / STUDY).write_text(json.dumps(study(mse={24: OPEN})))
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
+
+
+def test_a_missing_result_file_names_the_claim_and_the_command(repository, capsys):
+    (repository / STUDY).unlink()
+    assert main(["claims"]) == 2
+    assert capsys.readouterr().err == (
+        f"msc: error: claim 'lower': {STUDY} is not there; "
+        "make it: msc evaluate --profile full\n"
+    )
+
+
+def test_results_of_other_tables_are_refused(repository):
+    table = repository / "data" / "free.csv"
+    table.write_text("a\n1\n")
+    claims = load_claims(repository / "book" / "claims.yml")
+    provenance = {"provenance": {"data": {"free.csv": checksum(table)}}}
+    (repository / STUDY).write_text(json.dumps(study(mse={24: LOW}) | provenance))
+    assert STUDY in load_results(claims, repository)
+    table.write_text("a\n2\n")
+    with pytest.raises(
+        ValueError, match=r"study_free\.json was made from another free"
+    ):
+        load_results(claims, repository)
+
+
+def test_the_command_prints_and_writes_verdicts(repository, capsys):
+    assert main(["claims", "--out", "data/results/claims.json"]) == 0
+    printed = capsys.readouterr().out
+    assert "lower  ? undecided" in printed
+    assert "1 [0.5, 2] × single" in printed
+    assert "lower: undecided, but no `why` quotes a measurement" in printed
+    written = json.loads((repository / "data/results/claims.json").read_text())
+    assert written == summarise(judge_all(repository))
+    assert written["lower"]["readings"]["gate learned"]["high"] == 2
+    assert main(["claims", "--out", "claims.csv"]) == 2
+
+
+def test_a_why_quotes_what_was_measured(verdict_on):
+    support = {"at fifty": {"ratio": "mse", "n_samples": 50}}
+    why = "It is {gate learned}, but {at fifty} with more, see Figure 8."
+    results = study(mse={24: OPEN, 50: LOW})
+    found = verdict_on({"gate learned": BELOW}, results, why=why, support=support)
+    assert found.why == (
+        "It is 1 [0.5, 2] × single, but 0.5 [0.4, 0.6] with more, see Figure 8."
+    )
+    assert not found.unexplained
+    assert verdict_on({"gate learned": BELOW}, results).unexplained
+    idle = verdict_on({"gate learned": BELOW}, results, why="Who knows.")
+    assert idle.unexplained
+
+
+def test_tables_link_each_claim_and_verdict(verdict_on):
+    built_in = BELOW | {"by_construction": "We made it so."}
+    found = verdict_on(
+        {"one": built_in, "two": BELOW | {"baseline": ["single"]}},
+        study(mse={24: LOW}),
+    )
+    [row] = table_markdown([found], {"fig3_free_24"}).splitlines()[2:]
+    assert row == (
+        "| [lower](fig3_free_24) | “an overall better prediction” "
+        "| [◇ by construction](claim-lower) | 0.5 [0.4, 0.6] × single (one) |"
+    )
+    assert "| lower |" in table_markdown([found], set())
+    section = readings_markdown([found])
+    assert section.startswith("(claim-lower)=\n### lower: ◇ by construction\n")
+    assert "| one | 0.5 [0.4, 0.6] × single | below 1 | by construction |" in section
+    assert "**By construction.** We made it so." in section
+    assert "**Margin.** Half is half." in section
+    table = claims_table([found])
+    assert table.loc["lower", "verdict"] == "◇ by construction"
+
+
+def test_a_book_without_verdicts_yet_says_so(repository):
+    write_claims(repository, repository, set())
+    assert "No verdicts yet" in (repository / "claims_table.md").read_text()
+    (repository / "data/results/claims.json").write_text("{}")
+    write_claims(repository, repository, set())
+    assert "? undecided" in (repository / "claims_readings.md").read_text()
+    (repository / "book" / "claims.yml").unlink()
+    write_claims(repository, repository / "nowhere", set())
+
+
+CLAIMS = load_claims(ROOT / "book" / "claims.yml")
+
+
+def test_every_claim_is_there_once():
+    assert [claim.id for claim in CLAIMS] == IDS
+
+
+def test_verdicts_can_be_told_apart_without_colour():
+    assert len(set(SYMBOLS.values())) == len(SYMBOLS)
+
+
+@pytest.mark.parametrize("claim", CLAIMS, ids=lambda claim: claim.id)
+def test_quotations_are_short(claim):
+    assert len(claim.quote.split()) < 40
+
+
+@pytest.mark.parametrize("claim", CLAIMS, ids=lambda claim: claim.id)
+def test_a_claim_can_come_out_either_way(claim):
+    built_in = any(reading.by_construction for reading in claim.readings)
+    confirmed = judge(claim, imagine(right=True))
+    assert confirmed.verdict == ("by construction" if built_in else "reproduced")
+    assert {one.verdict for one in confirmed.readings} <= {
+        "reproduced",
+        confirmed.verdict,
+    }
+    refuted = judge(claim, imagine(right=False))
+    assert {one.verdict for one in refuted.readings} == {"not reproduced"}
+
+
+@pytest.fixture(scope="module")
+def verdicts():
+    if not COMMITTED.exists():
+        pytest.skip("no verdicts committed yet")
+    return judge_all(ROOT)
+
+
+def test_the_committed_verdicts_are_those_of_the_committed_results(verdicts):
+    assert summarise(verdicts) == json.loads(COMMITTED.read_text())
+
+
+def test_the_committed_results_are_of_the_full_profile(verdicts):
+    files = {file for claim in CLAIMS for file in claim.files if "study" in file}
+    profiles = {json.loads((ROOT / file).read_text())["profile"] for file in files}
+    assert profiles == {"full"}
+
+
+def test_every_claim_has_its_chapter(verdicts):
+    known = {page.stem for page in pages(ROOT)}
+    assert {one.claim.chapter for one in verdicts} <= known
+
+
+def test_every_verdict_that_differs_says_why(verdicts):
+    assert [one.claim.id for one in verdicts if one.unexplained] == []
