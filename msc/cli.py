@@ -208,7 +208,7 @@ def _run_claims(options: argparse.Namespace) -> None:
     width = max(len(one.claim.id) for one in verdicts)
     for one in verdicts:
         print(f"{one.claim.id:{width}}  {one.words:18}  {one.measured}")
-        if len(one.readings) > 1:
+        if one.differs:
             print(f"{'':{width}}  {'':18}  {one.sentence}")
     for one in verdicts:
         if one.unexplained:

@@ -9,6 +9,13 @@ MSES = (
     "mse, away from jumps",
     "standardised mse, gate learned",
 )
+CURVES = (
+    "rows_of_m",
+    "spread_chord",
+    "spread_knee",
+    "eigengap",
+    "cross_validation",
+)
 METHODS = ("charts", "single regression", "CrKr", "mean policy")
 
 # By measure, whether the paper is right, and workspace: a mean for each method.
@@ -115,8 +122,12 @@ def imagine_measures(right, world, size):
 def imagine_elbow(right):
     """Return the elbow's picks."""
     picked = 4 if right else 6
-    counts = {str(picked): 45, "3": 5}
-    return {"readings": {"squares": {"picked": picked, "resampled": counts}}}
+    picks = {
+        "curve": [1.0] * 10,
+        "charts": picked,
+        "resampled": 45 * [picked] + 5 * [3],
+    }
+    return {"readings": dict.fromkeys(CURVES, picks)}
 
 
 def near(value, name="mean"):
