@@ -234,13 +234,13 @@ def _jumps(audit: dict[str, Any], where: str) -> Effect:
 
 def _picked(elbow: dict[str, Any], curve: str) -> Effect:
     """Find how many charts the elbow of a curve picks on all tasks."""
-    return Effect(elbow["readings"][curve]["charts"])
+    return Effect(elbow["readings"][curve]["picked"])
 
 
 def _picked_share(elbow: dict[str, Any], curve: str, count: int) -> Effect:
     """Find how often it picks so many on parts of them, with Wilson's interval."""
     picks = elbow["readings"][curve]["resampled"]
-    found = binomtest(picks.count(count), len(picks))
+    found = binomtest(picks.get(str(count), 0), sum(picks.values()))
     interval = found.proportion_ci(method="wilson")
     return Effect(found.statistic, float(interval.low), float(interval.high))
 

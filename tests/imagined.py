@@ -11,8 +11,8 @@ MSES = (
 )
 CURVES = (
     "rows_of_m",
-    "spread_chord",
-    "spread_knee",
+    "squares",
+    "squares_knee",
     "eigengap",
     "cross_validation",
 )
@@ -120,13 +120,9 @@ def imagine_measures(right, world, size):
 
 
 def imagine_elbow(right):
-    """Return the elbow's picks."""
+    """Return the elbow's picks, the same by every curve."""
     picked = 4 if right else 6
-    picks = {
-        "curve": [1.0] * 10,
-        "charts": picked,
-        "resampled": 45 * [picked] + 5 * [3],
-    }
+    picks = {"picked": picked, "resampled": {"3": 5, str(picked): 45}}
     return {"readings": dict.fromkeys(CURVES, picks)}
 
 

@@ -262,7 +262,7 @@ def test_numbers_from_two_files_are_combined(verdict_on):
 
 
 def test_the_elbow_must_pick_four_mostly(verdict_on):
-    elbow = {"readings": {"squares": {"charts": 4, "resampled": 40 * [4] + 10 * [5]}}}
+    elbow = {"readings": {"squares": {"picked": 4, "resampled": {"4": 40, "5": 10}}}}
     share = {"picked_share": "squares", "count": 4, "above": 0.5}
     readings = {"pick": {"picked": "squares", "equals": 4}, "share": share}
     found = verdict_on(readings, elbow)
