@@ -34,7 +34,10 @@ def write_claims(root: Path, folder: Path, pages: Collection[str]) -> None:
         return
     if (root / VERDICTS).is_file():
         verdicts = judge_all(root)
-        table, readings = table_markdown(verdicts, pages), readings_markdown(verdicts)
+        table, readings = (
+            table_markdown(verdicts, pages),
+            readings_markdown(verdicts, pages),
+        )
     else:
         table = readings = f"*No verdicts yet: `msc claims --out {VERDICTS}`.*\n"
     (folder / TABLE).write_text(table, encoding="utf-8")
@@ -60,32 +63,32 @@ def table_markdown(verdicts: Sequence[Verdict], pages: Collection[str]) -> str:
     rows = [_row("claim", "the paper says", "here", "measured"), _RULE]
     for one in verdicts:
         claim = one.claim
-        linked = claim.chapter in pages
-        name = f"[{claim.id}]({claim.chapter})" if linked else claim.id
+        name = f"[{claim.id}]({claim.chapter})" if claim.chapter in pages else claim.id
         here = f"[{one.words}](claim-{claim.id})"
-        rows.append(
-            f"| {name} | “{_cell(claim.quote)}” | {here} | {_cell(one.measured)} |"
-        )
+        measured = f"{one.measured} ({one.sentence})" if one.differs else one.measured
+        rows.append(_row(name, f"“{_cell(claim.quote)}”", here, _cell(measured)))
     return "\n".join(rows) + "\n"
 
 
-def readings_markdown(verdicts: Sequence[Verdict]) -> str:
+def readings_markdown(verdicts: Sequence[Verdict], pages: Collection[str]) -> str:
     """Write a section a claim: what each reading measured, and its verdict.
 
     Parameters
     ----------
     verdicts : sequence of Verdict
         What `msc.claims.judge` returned.
+    pages : collection of str
+        Names of the book's pages; others are not linked to.
 
     Returns
     -------
     str
         Markdown, with the anchor `claim-…` for each claim.
     """
-    return "\n\n".join(_section(one) for one in verdicts) + "\n"
+    return "\n\n".join(_section(one, pages) for one in verdicts) + "\n"
 
 
-def _section(one: Verdict) -> str:
+def _section(one: Verdict, pages: Collection[str]) -> str:
     """Write the section of a claim."""
     claim = one.claim
     built_in = [
@@ -93,6 +96,7 @@ def _section(one: Verdict) -> str:
         for asked, found in zip(claim.readings, one.readings, strict=True)
         if found.verdict == BUILT_IN
     ]
+    shown = f" [Its chapter]({claim.chapter})." if claim.chapter in pages else ""
     rows = [_row("reading", "measured", "wanted", "verdict"), _RULE]
     for reading in one.readings:
         cells = (reading.name, reading.measured, reading.wanted or "–", reading.verdict)
@@ -100,10 +104,8 @@ def _section(one: Verdict) -> str:
     paragraphs = [
         f"(claim-{claim.id})=\n### {claim.id}: {one.words}",
         f"> “{_line(claim.quote)}” {{cite}}`paper` ({claim.section})",
-        _line(claim.claim),
-        "\n".join(
-            ["| reading | measured | wanted | verdict |", "|---|---|---|---|", *rows]
-        ),
+        f"{_line(claim.claim)}{shown}",
+        "\n".join(rows),
         f"**Margin.** {_line(claim.margin)}" if claim.margin else "",
         *(f"**By construction.** {_line(reason)}" for reason in built_in),
         f"**Why.** {_line(one.why)}" if one.why else "",

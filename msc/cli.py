@@ -55,8 +55,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         add_survey,
         add_render,
         _add_evaluate,
-        _add_claims,
         _add_run,
+        _add_claims,
         _add_book,
     ):
         add(commands)
@@ -108,34 +108,6 @@ def _run_evaluate(options: argparse.Namespace) -> None:
             print(out)
 
 
-def _add_claims(commands: "Commands") -> None:
-    """Declare `msc claims`."""
-    parser = commands.add_parser("claims", help="judge the paper's claims")
-    parser.add_argument("--out", type=Path, help="a .json file")
-    parser.set_defaults(run=_run_claims)
-
-
-def _run_claims(options: argparse.Namespace) -> None:
-    """Hold the measured results against every claim; print the verdicts."""
-    from msc.claims import judge_all, summarise
-
-    out: Path | None = options.out
-    if out:
-        check_output(out, ".json")
-    verdicts = judge_all(Path.cwd())
-    width = max(len(one.claim.id) for one in verdicts)
-    for one in verdicts:
-        print(f"{one.claim.id:{width}}  {one.words:18}  {one.measured}")
-        if len(one.readings) > 1:
-            print(f"{'':{width}}  {'':18}  {one.sentence}")
-    for one in verdicts:
-        if one.unexplained:
-            print(f"{one.claim.id}: {one.verdict}, but no `why` quotes a measurement")
-    if out:
-        replace_file(out, json.dumps(summarise(verdicts), indent=2) + "\n")
-        print(out)
-
-
 def _add_run(commands: "Commands") -> None:
     """Declare `msc run`."""
     parser = commands.add_parser("run", help="execute one chapter")
@@ -165,6 +137,34 @@ def _run_chapter(options: argparse.Namespace) -> None:
     (chapter,) = run_chapters(chapters, root=root, cache=root / "_build/cache", jobs=1)
     write_notebook(chapter.notebook, out)
     print(f"{out}: {chapter.seconds:.1f} s")
+
+
+def _add_claims(commands: "Commands") -> None:
+    """Declare `msc claims`."""
+    parser = commands.add_parser("claims", help="judge the paper's claims")
+    parser.add_argument("--out", type=Path, help="a .json file")
+    parser.set_defaults(run=_run_claims)
+
+
+def _run_claims(options: argparse.Namespace) -> None:
+    """Hold the measured results against every claim; print the verdicts."""
+    from msc.claims import judge_all, summarise
+
+    out: Path | None = options.out
+    if out:
+        check_output(out, ".json")
+    verdicts = judge_all(Path.cwd())
+    width = max(len(one.claim.id) for one in verdicts)
+    for one in verdicts:
+        print(f"{one.claim.id:{width}}  {one.words:18}  {one.measured}")
+        if one.differs:
+            print(f"{'':{width}}  {'':18}  {one.sentence}")
+    for one in verdicts:
+        if one.unexplained:
+            print(f"{one.claim.id}: {one.verdict}, but no `why` quotes a measurement")
+    if out:
+        replace_file(out, json.dumps(summarise(verdicts), indent=2) + "\n")
+        print(out)
 
 
 def _add_book(commands: "Commands") -> None:

@@ -170,7 +170,7 @@ def _look_up(measurement: Measurement, results: Mapping[str, Any]) -> list[Effec
     return effects
 
 
-_WORDS = {"n_samples": "n = {}", "n_charts": "{} charts", "baseline": "against {}"}
+_WORDS = {"n_samples": "n = {}", "n_charts": "charts: {}", "baseline": "against {}"}
 
 
 def _cell(study: dict[str, Any], design: str, n_samples: int) -> dict[str, Any]:
@@ -233,16 +233,16 @@ def _jumps(audit: dict[str, Any], where: str) -> Effect:
 
 
 def _picked(elbow: dict[str, Any], curve: str) -> Effect:
-    """Find how many charts the elbow of a curve picks on all samples."""
+    """Find how many charts the elbow of a curve picks on all tasks."""
     return Effect(elbow["readings"][curve]["picked"])
 
 
 def _picked_share(elbow: dict[str, Any], curve: str, count: int) -> Effect:
-    """Find how often it picks so many over resamplings, with Wilson's interval."""
-    counts = elbow["readings"][curve]["resampled"]
-    found, n_resamples = counts.get(str(count), 0), sum(counts.values())
-    interval = binomtest(found, n_resamples).proportion_ci(method="wilson")
-    return Effect(found / n_resamples, float(interval.low), float(interval.high))
+    """Find how often it picks so many on parts of them, with Wilson's interval."""
+    picks = elbow["readings"][curve]["resampled"]
+    found = binomtest(picks.get(str(count), 0), sum(picks.values()))
+    interval = found.proportion_ci(method="wilson")
+    return Effect(found.statistic, float(interval.low), float(interval.high))
 
 
 def _column_mean(table: pd.DataFrame, column: str) -> Effect:

@@ -98,7 +98,13 @@ class Verdict:
     def measured(self) -> str:
         """The same in words; of several readings, which it is."""
         first = self.readings[0]
-        return first.measured + (f" ({first.name})" if len(self.readings) > 1 else "")
+        name = f"{first.name}: " if len(self.readings) > 1 else ""
+        return name + first.measured
+
+    @property
+    def differs(self) -> bool:
+        """Whether readings gave different verdicts."""
+        return len({reading.verdict for reading in self.readings}) > 1
 
     @property
     def sentence(self) -> str:
@@ -189,11 +195,11 @@ def _judge_reading(reading: Reading, results: Mapping[str, Any]) -> ReadingVerdi
     wanted = f"{reading.predicate} {reading.threshold:g}".replace("_", " ")
     wanted = wanted.removeprefix("equals ")
     if len(effects) > 1:
-        wanted = f"{wanted} at each of {len(effects)}"
-        n_open = len(effects) - n_hold - n_fail
-        measured += (
-            f" ({least.label}; the least favourable: {n_hold} as claimed, "
-            f"{n_open} undecided, {n_fail} not)"
+        wanted += " at each"
+        refuted = f", {n_fail} refuted" if n_fail else ""
+        measured = (
+            f"{n_hold} of {len(effects)} as claimed{refuted}; "
+            f"the worst {measured} ({least.label})"
         )
     if n_without := len(found) - len(effects):
         wanted += f", {n_without} without such test tasks left out"

@@ -9,6 +9,13 @@ MSES = (
     "mse, away from jumps",
     "standardised mse, gate learned",
 )
+CURVES = (
+    "rows_of_m",
+    "squares",
+    "squares_knee",
+    "eigengap",
+    "cross_validation",
+)
 METHODS = ("charts", "single regression", "CrKr", "mean policy")
 
 # By measure, whether the paper is right, and workspace: a mean for each method.
@@ -113,10 +120,10 @@ def imagine_measures(right, world, size):
 
 
 def imagine_elbow(right):
-    """Return the elbow's picks."""
+    """Return the elbow's picks, the same by every curve."""
     picked = 4 if right else 6
-    counts = {str(picked): 45, "3": 5}
-    return {"readings": {"squares": {"picked": picked, "resampled": counts}}}
+    picks = {"picked": picked, "resampled": {"3": 5, str(picked): 45}}
+    return {"readings": dict.fromkeys(CURVES, picks)}
 
 
 def near(value, name="mean"):

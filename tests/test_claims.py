@@ -220,7 +220,8 @@ def test_a_claim_about_every_size_must_hold_at_each(triples, verdict, verdict_on
     worst = max(triples, key=lambda size: triples[size][0])
     assert found.effect.label == f"n = {worst}"
     n_low = sum(triple == LOW for triple in triples.values())
-    assert f"{n_low} as claimed" in found.sentence
+    assert f"{n_low} of 3 as claimed" in found.sentence
+    assert (", 1 refuted" in found.sentence) == (verdict == "not reproduced")
 
 
 def test_sizes_without_such_tasks_are_left_out_but_not_a_mistyped_measure(verdict_on):
@@ -412,10 +413,13 @@ def test_tables_link_each_claim_and_verdict(verdict_on):
     [row] = table_markdown([found], {"fig3_free_24"}).splitlines()[2:]
     assert row == (
         "| [lower](fig3_free_24) | “an overall better prediction” "
-        "| [◇ by construction](claim-lower) | 0.5 [0.4, 0.6] × single (one) |"
+        "| [◇ by construction](claim-lower) | one: 0.5 [0.4, 0.6] × single "
+        "(by construction: one; reproduced: two) |"
     )
     assert "| lower |" in table_markdown([found], set())
-    section = readings_markdown([found])
+    section = readings_markdown([found], {"fig3_free_24"})
+    assert section.count("| reading | measured | wanted | verdict |") == 1
+    assert "Charts err less. [Its chapter](fig3_free_24).\n" in section
     assert section.startswith("(claim-lower)=\n### lower: ◇ by construction\n")
     assert "| one | 0.5 [0.4, 0.6] × single | below 1 | by construction |" in section
     assert "**By construction.** We made it so." in section
