@@ -38,8 +38,8 @@ def laplacian_eigen(affinity: sp.csr_array, k: int, seed: int) -> tuple[Array, A
     Notes
     -----
     The eigenvalue 0 has as many eigenvectors as the graph has connected components,
-    and any rotation of them will do. So that rounding does not choose one, each has its
-    support on one component; the largest component's comes first.
+    and any rotation of them will do. So that rounding does not choose one, the first S
+    span the S - 1 largest components, one by one, and all the others together.
     """
     n_points = affinity.shape[0]
     scale = sp.diags_array(1 / np.sqrt(affinity.sum(axis=1)))
@@ -58,12 +58,13 @@ def laplacian_eigen(affinity: sp.csr_array, k: int, seed: int) -> tuple[Array, A
 
 
 def _null_vectors(affinity: sp.csr_array, k: int) -> Array:
-    """Return the eigenvectors of 0, at most k: one a component, the largest first."""
-    _, component = connected_components(affinity, directed=False)
-    largest = np.argsort(-np.bincount(component), kind="stable")[:k]
+    """Return the first eigenvectors of 0, at most k; see the notes above."""
+    n_components, component = connected_components(affinity, directed=False)
+    largest_first = np.argsort(-np.bincount(component), kind="stable")
+    rank = np.argsort(largest_first)[component]
     roots = np.sqrt(affinity.sum(axis=1))
-    vectors = np.where(component[:, None] == largest, roots[:, None], 0.0)
-    return np.asarray(vectors / np.linalg.norm(vectors, axis=0))
+    left = rank[:, None] >= np.arange(min(k, n_components))
+    return np.asarray(np.linalg.qr(np.where(left, roots[:, None], 0.0))[0])
 
 
 def _invert(matrix: sp.csr_array) -> LinearOperator:
