@@ -7,6 +7,7 @@ that picks one, and a criterion for the default that looks at no regression.
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Mapping
 from typing import Any
 
@@ -25,6 +26,7 @@ from msc.smce import SMCE
 from msc.spectral import (
     cluster_rows,
     elbow,
+    knee,
     laplacian_eigen,
     unit_rows,
     within_chart_squares,
@@ -35,8 +37,8 @@ Charts = NDArray[np.intp]
 
 READINGS = {
     "rows_of_m": "rows of M, k-means",
-    "spread_chord": "spread within charts, chord",
-    "spread_knee": "spread within charts, knee",
+    "squares": "squares within charts, chord",
+    "squares_knee": "squares within charts, knee",
     "eigengap": "eigengap",
     "cross_validation": "cross-validated error",
 }
@@ -73,7 +75,7 @@ def read_elbows(
     -------
     dict
         By the names of `READINGS`: ``"curve"``, a list over 1, 2, … charts, and
-        ``"charts"``, the number picked.
+        ``"picked"``, a number of them.
 
     Raises
     ------
@@ -83,9 +85,9 @@ def read_elbows(
 
     Notes
     -----
-    - *spread*: sum of squared distances from the charts' means, in the space of
-      policies; charts by SMCE. *chord* picks the point furthest below the line between
-      the curve's ends, *knee* the first that stands out (`find_knee`).
+    - *squares within charts*: sum of squared distances from the charts' means, in the
+      space of policies; charts by SMCE. *chord* picks the point furthest below the line
+      between the curve's ends, *knee* the first that stands out (`msc.spectral.knee`).
     - *eigengap*: difference of successive eigenvalues of the normalised Laplacian;
       picks the largest.
     - *rows of M*: the rows of the affinity matrix taken as points, as the paper words
@@ -100,14 +102,14 @@ def read_elbows(
     >>> tasks = np.linspace(0, 6, 40)[:, np.newaxis]
     >>> policies = np.c_[np.sin(tasks), np.cos(tasks)] + 9 * (tasks > 3)
     >>> readings = read_elbows(tasks, policies, max_charts=6)
-    >>> readings["spread_chord"]["charts"]
+    >>> readings["squares"]["picked"]
     2
     """
     X, y = _check(tasks, policies, max_charts=max_charts, n_folds=n_folds)
     folds = list(KFold(min(n_folds, len(X)), shuffle=True, random_state=seed).split(X))
     n_counts = min(max_charts, *(len(train) for train, _ in folds))
     affinity, values, charts = _cut(y, n_counts, seed)
-    spread = np.array([within_chart_squares(y, labels) for labels in charts])
+    squares = np.array([within_chart_squares(y, labels) for labels in charts])
     gaps = np.diff(values)[:n_counts]
     rows = np.array(
         [
@@ -120,13 +122,13 @@ def read_elbows(
     )
     picked = {
         "rows_of_m": (rows, elbow(rows)),
-        "spread_chord": (spread, elbow(spread)),
-        "spread_knee": (spread, find_knee(spread)),
+        "squares": (squares, elbow(squares)),
+        "squares_knee": (squares, knee(squares)),
         "eigengap": (gaps, int(np.argmax(gaps)) + 1),
         "cross_validation": (errors, int(np.argmin(errors)) + 1),
     }
     return {
-        name: {"curve": curve.tolist(), "charts": count}
+        name: {"curve": curve.tolist(), "picked": count}
         for name, (curve, count) in picked.items()
     }
 
@@ -167,8 +169,8 @@ def measure_elbows(
     -------
     dict
         Fit for JSON: what was asked for, and under ``"readings"``, by the names of
-        `READINGS`, ``"curve"`` and ``"charts"`` of all tasks and ``"resampled"``, the
-        number picked on each part.
+        `READINGS`, ``"curve"`` and ``"picked"`` of all tasks and ``"resampled"``, on
+        how many parts each number was picked.
 
     Raises
     ------
@@ -197,10 +199,7 @@ def measure_elbows(
         "max_charts": max_charts,
         "seed": seed,
         "readings": {
-            name: {
-                **whole[name],
-                "resampled": [readings[name]["charts"] for readings in resampled],
-            }
+            name: {**whole[name], "resampled": _count(resampled, name)}
             for name in READINGS
         },
     }
@@ -250,63 +249,21 @@ def most_picked(measured: Mapping[str, Any], name: str) -> tuple[int, float]:
 
     Examples
     --------
-    >>> reading = {"curve": [3, 2, 1], "resampled": [2, 3, 3, 2, 1, 3]}
+    >>> reading = {"curve": [3, 2, 1], "resampled": {"2": 2, "3": 4}}
     >>> most_picked({"readings": {"eigengap": reading}}, "eigengap")
     (2, 0.3333333333333333)
     """
     reading = measured["readings"][name]
-    times = np.bincount(reading["resampled"], minlength=2)[: len(reading["curve"])]
-    return int(times.argmax()), float(times.max() / len(reading["resampled"]))
+    times = {int(count): number for count, number in reading["resampled"].items()}
+    inside = {k: v for k, v in times.items() if k < len(reading["curve"])} or {0: 0}
+    best = max(inside, key=lambda count: inside[count])
+    return best, inside[best] / sum(times.values())
 
 
-def find_knee(curve: ArrayLike, sensitivity: float = 1.0) -> int:
-    """Find the first knee of a falling curve that stands out.
-
-    Parameters
-    ----------
-    curve : array-like of shape (n_counts,)
-        A value for each count 1, 2, …
-    sensitivity : float, default=1.0
-        By how many mean steps along the first axis the curve must come back towards its
-        chord behind a knee.
-
-    Returns
-    -------
-    int
-        The count at the knee, 1 if there is none.
-
-    Notes
-    -----
-    Both axes are scaled to [0, 1]. A knee is a local maximum of the distance below the
-    chord, if that falls by more than the sensitivity before it rises again [1]_.
-    `msc.spectral.elbow` takes the greatest instead of the first.
-
-    References
-    ----------
-    .. [1] V. Satopää, J. Albrecht, D. Irwin and B. Raghavan, "Finding a 'Kneedle' in a
-       Haystack", ICDCS Workshops 2011.
-
-    Examples
-    --------
-    >>> find_knee([9.0, 4.0, 1.0, 0.9, 0.8])
-    3
-    >>> find_knee([4.0, 3.0, 2.0, 1.0])
-    1
-    """
-    values = np.asarray(curve, dtype=float)
-    if len(values) < 3 or np.ptp(values) == 0:
-        return 1
-    heights = (values.max() - values) / np.ptp(values)
-    below = heights - np.linspace(0, 1, len(values))
-    knee, threshold = 0, -np.inf
-    for i in range(1, len(below) - 1):
-        if below[i] >= max(below[i - 1], below[i + 1]) and below[i] > 0:
-            knee, threshold = i, below[i] - sensitivity / (len(below) - 1)
-        elif below[i] <= min(below[i - 1], below[i + 1]):
-            threshold = -np.inf
-        if below[i + 1] < threshold:
-            return knee + 1
-    return 1
+def _count(resampled: list[dict[str, Any]], name: str) -> dict[str, int]:
+    """Count how often each number was picked, the smallest number first."""
+    picked = Counter(readings[name]["picked"] for readings in resampled)
+    return {str(count): picked[count] for count in sorted(picked)}
 
 
 def _check(tasks: ArrayLike, policies: ArrayLike, **least: int) -> tuple[Array, Array]:
