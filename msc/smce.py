@@ -243,8 +243,8 @@ def _prune(weights: Array, share: float) -> Array:
 
 def _to_sparse(rows: Array, neighbors: NDArray[np.intp]) -> sp.csr_array:
     n_points, n_neighbors = rows.shape
-    starts = np.arange(0, rows.size + 1, n_neighbors)
-    entries = (rows.ravel(), neighbors.ravel(), starts)
+    starts = np.arange(0, rows.size + 1, n_neighbors, dtype=np.int32)
+    entries = (rows.ravel(), neighbors.ravel().astype(np.int32), starts)
     matrix = sp.csr_array(entries, shape=(n_points, n_points), copy=True)
     matrix.eliminate_zeros()
     matrix.sort_indices()

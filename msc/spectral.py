@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import eigh
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import LinearOperator, eigsh, splu
@@ -38,8 +38,8 @@ def laplacian_eigen(affinity: sp.csr_array, k: int, seed: int) -> tuple[Array, A
     Notes
     -----
     The eigenvalue 0 has as many eigenvectors as the graph has connected components,
-    and any rotation of them will do. So that rounding does not choose one, each has its
-    support on one component; the largest component's comes first.
+    and any rotation of them will do. So that rounding does not choose one, the first S
+    span the S - 1 largest components, one by one, and all the others together.
     """
     n_points = affinity.shape[0]
     scale = sp.diags_array(1 / np.sqrt(affinity.sum(axis=1)))
@@ -58,12 +58,13 @@ def laplacian_eigen(affinity: sp.csr_array, k: int, seed: int) -> tuple[Array, A
 
 
 def _null_vectors(affinity: sp.csr_array, k: int) -> Array:
-    """Return the eigenvectors of 0, at most k: one a component, the largest first."""
-    _, component = connected_components(affinity, directed=False)
-    largest = np.argsort(-np.bincount(component), kind="stable")[:k]
+    """Return the first eigenvectors of 0, at most k; see the notes above."""
+    n_components, component = connected_components(affinity, directed=False)
+    largest_first = np.argsort(-np.bincount(component), kind="stable")
+    rank = np.argsort(largest_first)[component]
     roots = np.sqrt(affinity.sum(axis=1))
-    vectors = np.where(component[:, None] == largest, roots[:, None], 0.0)
-    return np.asarray(vectors / np.linalg.norm(vectors, axis=0))
+    left = rank[:, None] >= np.arange(min(k, n_components))
+    return np.asarray(np.linalg.qr(np.where(left, roots[:, None], 0.0))[0])
 
 
 def _invert(matrix: sp.csr_array) -> LinearOperator:
@@ -158,3 +159,53 @@ def elbow(curve: Array) -> int:
     """
     chord = np.linspace(curve[0], curve[-1], len(curve))
     return int(np.argmax(chord - curve)) + 1
+
+
+def knee(curve: ArrayLike, sensitivity: float = 1.0) -> int:
+    """Find the first knee of a falling curve that stands out.
+
+    Parameters
+    ----------
+    curve : array-like of shape (n_counts,)
+        A value for each count 1, 2, …
+    sensitivity : float, default=1.0
+        By how many mean steps along the first axis the curve must come back towards its
+        chord behind a knee.
+
+    Returns
+    -------
+    int
+        The count at the knee, 1 if there is none.
+
+    Notes
+    -----
+    Both axes are scaled to [0, 1]. A knee is a local maximum of the distance below the
+    chord, if that falls by more than the sensitivity before it rises again [1]_.
+    `elbow` takes the greatest instead of the first.
+
+    References
+    ----------
+    .. [1] V. Satopää, J. Albrecht, D. Irwin and B. Raghavan, "Finding a 'Kneedle' in a
+       Haystack", ICDCS Workshops 2011.
+
+    Examples
+    --------
+    >>> knee([9.0, 4.0, 1.0, 0.9, 0.8])
+    3
+    >>> knee([4.0, 3.0, 2.0, 1.0])
+    1
+    """
+    values = np.asarray(curve, dtype=float)
+    if len(values) < 3 or np.ptp(values) == 0:
+        return 1
+    heights = (values.max() - values) / np.ptp(values)
+    below = heights - np.linspace(0, 1, len(values))
+    place, threshold = 0, -np.inf
+    for i in range(1, len(below) - 1):
+        if below[i] >= max(below[i - 1], below[i + 1]) and below[i] > 0:
+            place, threshold = i, below[i] - sensitivity / (len(below) - 1)
+        elif below[i] <= min(below[i - 1], below[i + 1]):
+            threshold = -np.inf
+        if below[i + 1] < threshold:
+            return place + 1
+    return 1

@@ -145,6 +145,7 @@ def test_shapes_signs_and_sums(seed, form, n_points, n_features):
     coef, affinity = model.coef_, model.affinity_matrix_
     assert coef.format == affinity.format == "csr"
     assert coef.shape == affinity.shape == (n_points, n_points)
+    assert affinity.indices.dtype == np.int32  # what scikit-learn takes
     np.testing.assert_allclose(coef.sum(axis=1), 1, rtol=1e-14)
     assert not coef.diagonal().any()
     assert not affinity.diagonal().any()
