@@ -13,7 +13,7 @@ from msc.methods import COMMON, METHODS
 from msc.sampling import draw_samples
 
 N_CHARTS = 4  # as the paper has in both workspaces
-MANY, FEW_DRAWS = 100, 10  # samples from which on sets are drawn at random less often
+MANY, FEW_DRAWS = 50, 15  # samples from which on sets are drawn at random less often
 
 
 @dataclass(frozen=True)

@@ -30,8 +30,8 @@ design only), "nearest neighbour", "linear interpolation", "mean policy" and "ze
 policy". ``low`` and ``high`` bound 95 % bootstrap intervals, see `msc.comparison`.
 
 Evenly spaced sets are all there are, one for each first task, up to thirty; uniform and
-nonuniform ones thirty, but ten from 100 samples on, where fits are dear and sets alike.
-In the nonuniform design test tasks count by the same density, as in Eq. 1.
+nonuniform ones thirty, but fifteen from 50 samples on, where fits are dear and sets are
+more alike. In the nonuniform design test tasks count by the same density, as in Eq. 1.
 """
 
 from __future__ import annotations

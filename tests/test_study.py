@@ -271,8 +271,8 @@ def test_the_profiles_are_as_the_protocol_says():
     }
     assert dict(sizes["even"])[24] == 15
     assert dict(sizes["even"])[360] == 1
-    assert dict(sizes["uniform"])[72] == 30
-    assert dict(sizes["uniform"])[100] == dict(sizes["nonuniform"])[100] == 10
+    assert dict(sizes["uniform"])[36] == dict(sizes["nonuniform"])[24] == 30
+    assert dict(sizes["uniform"])[50] == dict(sizes["nonuniform"])[100] == 15
     assert {group.n_charts for group in full if group.is_sweep} == set(range(1, 9))
 
 
