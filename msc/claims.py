@@ -11,7 +11,7 @@ import pandas as pd
 
 from msc.claim_file import Claim, load_claims
 from msc.effects import Effect
-from msc.tables import checksum
+from msc.tables import checksum, find_data
 from msc.verdicts import Verdict, judge
 
 CLAIMS = "book/claims.yml"
@@ -49,6 +49,42 @@ def judge_all(root: Path) -> list[Verdict]:
     claims = load_claims(root / CLAIMS)
     results = load_results(claims, root)
     return [judge(claim, results) for claim in claims]
+
+
+def show_claims(*ids: str) -> pd.DataFrame:
+    """Judge claims from the results in the folder `data`, for a chapter.
+
+    Parameters
+    ----------
+    *ids : str
+        Claims, as "mse-free-24".
+
+    Returns
+    -------
+    DataFrame
+        One row a claim, and below it one a reading: the verdict, and what was measured.
+
+    Raises
+    ------
+    ValueError
+        If a claim is unknown, or a result file is not as wanted.
+    """
+    root = find_data().parent
+    claims = {claim.id: claim for claim in load_claims(root / CLAIMS)}
+    if unknown := set(ids) - set(claims):
+        raise ValueError(f"ids: {sorted(unknown)}; wanted some of {list(claims)}")
+    chosen = [claims[one] for one in ids]
+    results = load_results(chosen, root)
+    rows = {}
+    for found in (judge(claim, results) for claim in chosen):
+        rows[found.claim.id, "the claim"] = (found.verdict, "")
+        for reading in found.readings:
+            rows[found.claim.id, reading.name] = (reading.verdict, reading.measured)
+    table = pd.DataFrame.from_dict(
+        rows, orient="index", columns=["verdict", "measured"]
+    )
+    table.index = pd.MultiIndex.from_tuples(rows, names=["claim", "reading"])
+    return table
 
 
 def load_results(claims: Iterable[Claim], root: Path) -> dict[str, Any]:
