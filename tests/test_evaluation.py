@@ -231,7 +231,9 @@ def test_the_full_profile_resamples_more():
 )
 def test_bad_arguments_are_named(arguments, complaint):
     with pytest.raises(ValueError, match=complaint):
-        Experiment(**{"name": "free", "n_samples": 12} | arguments).executed
+        Experiment(**{"name": "free", "n_samples": 12} | arguments).predict(
+            "charts", []
+        )
 
 
 def test_an_unknown_reading_is_refused(experiment):
