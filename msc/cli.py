@@ -93,6 +93,7 @@ def _run_evaluate(options: argparse.Namespace) -> None:
 
     folder: Path = options.out_dir
     what = {"profile": options.profile, "seed": options.seed, "jobs": options.jobs}
+    what |= {"progress": True}
     for world in WORLDS:
         out = folder / f"study_{world}.json"
         check_output(out, ".json", jobs=options.jobs, seed=options.seed)
@@ -100,7 +101,7 @@ def _run_evaluate(options: argparse.Namespace) -> None:
             load_dataset(table)
     for world in WORLDS:
         out = folder / f"study_{world}.json"
-        replace_file(out, format_study(run_study(world, **what, progress=True)))
+        replace_file(out, format_study(run_study(world, **what)))
         print(out)
         if find_spec("msc.elbows"):
             out = folder / f"elbow_{world}.json"

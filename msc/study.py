@@ -124,7 +124,12 @@ def run_study(
 
 
 def run_elbows(
-    name: str, *, profile: str = "quick", seed: int = 0, jobs: int = 1
+    name: str,
+    *,
+    profile: str = "quick",
+    seed: int = 0,
+    jobs: int = 1,
+    progress: bool = False,
 ) -> dict[str, Any]:
     """Count the charts that the elbow picks in a workspace, by every curve.
 
@@ -138,6 +143,8 @@ def run_elbows(
         Seed of the resamplings.
     jobs : int, default=1
         Worker processes; the result does not depend on them.
+    progress : bool, default=False
+        Whether to show a progress bar on standard error.
 
     Returns
     -------
@@ -146,7 +153,12 @@ def run_elbows(
     """
     tasks, policies, _ = load_dataset(name)
     found = import_module("msc.elbows").measure_elbows(
-        tasks, policies, n_resamples=PROFILES[profile].n_elbows, seed=seed, jobs=jobs
+        tasks,
+        policies,
+        n_resamples=PROFILES[profile].n_elbows,
+        seed=seed,
+        jobs=jobs,
+        progress=progress,
     )
     return {**_head(name, profile, seed), **found}
 

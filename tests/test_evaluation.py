@@ -79,6 +79,16 @@ def test_the_elbow_counts_charts_of_the_training_policies(experiment):
     assert 1 <= experiment.elbow <= 10
 
 
+def test_any_training_tasks_may_be_chosen(experiment):
+    few = {"n_charts": 3, "names": ["linear interpolation"]}
+    chosen = Experiment("free", chosen=[20, 0, 9], **few)
+    assert chosen.chosen.tolist() == [0, 9, 20]
+    predicted = chosen.predict("linear interpolation", experiment.tasks[[0, 9, 23]])
+    np.testing.assert_array_equal(predicted, policies[[0, 9, 20]])
+    even = Experiment("free", chosen=range(0, 24, 2), **few)
+    assert even.chosen.tolist() == experiment.chosen.tolist()
+
+
 def test_the_same_seed_gives_the_same_numbers(experiment):
     again = Experiment("free", n_samples=12, n_charts=3)
     for reading in READINGS:
@@ -126,6 +136,8 @@ def test_away_from_jumps_is_farther_than_training_tasks_lie_apart(experiment):
     pd.testing.assert_frame_equal(
         experiment.squared_errors("away from jumps"), experiment.squared_errors()[far]
     )
+    near = experiment.squared_errors("beside jumps")
+    assert near.index.tolist() == [95.0]
 
 
 def test_the_summary_averages_over_test_tasks(experiment):
@@ -209,12 +221,19 @@ def test_the_full_profile_resamples_more():
         ({"name": "obstacles"}, r"dataset 'obstacles' is not there"),
         ({"n_samples": 25}, r"n_samples=25 .* at most 24"),
         ({"n_samples": 1}, r"n_samples=1; wanted a whole number from 2"),
+        ({"chosen": [0, 5]}, r"n_samples=12, chosen=\[0, 5\]; wanted one of the two"),
+        ({"n_samples": None}, r"n_samples=None, chosen=None; wanted one of the two"),
+        ({"n_samples": None, "chosen": [3, 3]}, r"chosen=\[3, 3\]; wanted different"),
+        ({"n_samples": None, "chosen": [0, 24]}, r"chosen=\[0, 24\]; .* from 0 to 23"),
+        ({"names": ["chart"]}, r"names=\['chart'\] are no methods"),
         ({"n_samples": 12.5}, r"n_samples=12\.5; wanted a whole number"),
     ],
 )
 def test_bad_arguments_are_named(arguments, complaint):
     with pytest.raises(ValueError, match=complaint):
-        Experiment(**{"name": "free", "n_samples": 12} | arguments)
+        Experiment(**{"name": "free", "n_samples": 12} | arguments).predict(
+            "charts", []
+        )
 
 
 def test_an_unknown_reading_is_refused(experiment):
