@@ -17,7 +17,7 @@ NOTEBOOKS := $(wildcard book/*.ipynb)
 
 python_version = $(or $(shell "$(PYTHON)" -c 'import sys; print("%d.%d" % sys.version_info[:2])' 2>/dev/null),missing)
 
-.PHONY: help book test lint serve lab data bench lock clean
+.PHONY: help book test lint serve lab data results bench lock clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-7s %s\n", $$1, $$2 }' Makefile
@@ -58,6 +58,10 @@ data: $(STAMP) ## search every policy in data/ again, resuming where it stopped
 		$(BIN) -m msc render --workspace obstacles --task 60 \
 			--out book/_static/reach.$$picture; \
 	done
+
+results: $(STAMP) ## compare all methods again and judge the claims (half an hour)
+	$(BIN) -m msc evaluate --profile full --jobs $(JOBS)
+	$(BIN) -m msc claims --out data/results/claims.json
 
 bench: $(STAMP) ## measure the speed of each part against a reference
 	@$(BIN) benchmarks/bench.py

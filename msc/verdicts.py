@@ -24,8 +24,8 @@ UNTESTABLE = "cannot be tested"
 SYMBOLS = {
     REPRODUCED: "●",
     PARTLY: "◐",
-    NOT: "○",
-    UNDECIDED: "?",
+    NOT: "✕",
+    UNDECIDED: "○",
     BUILT_IN: "◇",
     UNTESTABLE: "–",
 }

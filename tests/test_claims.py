@@ -381,7 +381,7 @@ def test_results_of_other_tables_are_refused(repository):
 def test_the_command_prints_and_writes_verdicts(repository, capsys):
     assert main(["claims", "--out", "data/results/claims.json"]) == 0
     printed = capsys.readouterr().out
-    assert "lower  ? undecided" in printed
+    assert "lower  ○ undecided" in printed
     assert "1 [0.5, 2] × single" in printed
     assert "lower: undecided, but no `why` quotes a measurement" in printed
     written = json.loads((repository / "data/results/claims.json").read_text())
@@ -433,7 +433,7 @@ def test_a_book_without_verdicts_yet_says_so(repository):
     assert "No verdicts yet" in (repository / "claims_table.md").read_text()
     (repository / "data/results/claims.json").write_text("{}")
     write_claims(repository, repository, set())
-    assert "? undecided" in (repository / "claims_readings.md").read_text()
+    assert "○ undecided" in (repository / "claims_readings.md").read_text()
     (repository / "book" / "claims.yml").unlink()
     write_claims(repository, repository / "nowhere", set())
 
