@@ -1,4 +1,4 @@
-"""What a rollout, a search and a prediction cost, measured side by side in one run.
+"""What a rollout, a search, a fit and a prediction cost, side by side in one run.
 
 Prints the figures and keeps them as JSON, from which the book's chapter "What it costs"
 is made. To be run on a machine that does nothing else; `--quick` only shows that all
@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 import mujoco_arm
+from learners import measure_fits, measure_skills, measure_smce
 from naive import N_PHYSICS_STEPS
 from rollouts import POPULATION, measure_memory, measure_rollouts
 from searches import measure_growth, measure_searches, measure_skill
@@ -22,12 +23,22 @@ from threadpoolctl import threadpool_limits
 
 import msc.dataset
 import msc.search
+from msc.plots_learners import learner_table, smce_table
 from msc.plots_search import growth_table, rollout_table, task_table
 from msc.tables import replace_file
 from msc.workspace import Workspace
 
 RESULTS = Path(__file__).with_name("results.json")
-PACKAGES = ("numpy", "scipy", "scikit-learn", "pybullet", "cma", "joblib", "mujoco")
+PACKAGES = (
+    "numpy",
+    "scipy",
+    "scikit-learn",
+    "cvxpy",
+    "pybullet",
+    "cma",
+    "joblib",
+    "mujoco",
+)
 
 
 @dataclass(frozen=True)
@@ -41,10 +52,22 @@ class Effort:
     growth: tuple[int, ...] = (4, 8, 16)  # tasks searched together
     samples: int = 24  # that the skill is fitted to
     charts: int = 4
+    points: int = 360  # clustered by SMCE, and one by one
+    fits: tuple[int, ...] = (1000, 3000, 10_000)  # points clustered by SMCE
+    learned: int = 5  # rounds of fits
 
 
 QUICK = Effort(
-    rounds=2, populations=5, tasks=2, starts=1, growth=(2,), samples=8, charts=2
+    rounds=2,
+    populations=5,
+    tasks=2,
+    starts=1,
+    growth=(2,),
+    samples=8,
+    charts=2,
+    points=30,
+    fits=(60,),
+    learned=1,
 )
 
 
@@ -80,6 +103,14 @@ def measure(effort: Effort) -> dict[str, Any]:
             w.name: measure_skill(w, effort.samples, effort.charts, effort.rounds)
             for w in worlds
         },
+        "learners": {
+            "smce": measure_smce(effort.points, effort.learned),
+            "fits": measure_fits(effort.fits),
+            "skill": {
+                w.name: measure_skills(w, effort.samples, effort.charts, effort.learned)
+                for w in worlds
+            },
+        },
     }
 
 
@@ -109,7 +140,7 @@ def show(figures: dict[str, Any]) -> None:
     """Print the tables of the chapter, and what they do not compare."""
     facts = ", ".join(f"{name} {value}" for name, value in figures["machine"].items())
     print(f"\n{facts}\n")
-    for table in (rollout_table, task_table, growth_table):
+    for table in (rollout_table, task_table, growth_table, smce_table, learner_table):
         print(table(figures).to_string(), end="\n\n")
     memory = figures["memory"]
     print(

@@ -75,7 +75,15 @@ def load_costs(path: str | Path | None = None) -> dict[str, Any]:
     if not file.is_file():
         raise ValueError(f"{file} is not there; `make bench` writes it")
     figures = json.loads(file.read_text(encoding="utf-8"))
-    parts = ("machine", "memory", "rollouts", "searches", "growth", "skill")
+    parts = (
+        "machine",
+        "memory",
+        "rollouts",
+        "searches",
+        "growth",
+        "skill",
+        "learners",
+    )
     missing = [part for part in parts if part not in figures]
     if missing:
         raise ValueError(f"{file} lacks {', '.join(missing)}; `make bench` renews it")

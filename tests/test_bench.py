@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from msc.plots_learners import learner_table, smce_table
 from msc.plots_search import (
     growth_table,
     load_costs,
@@ -67,9 +68,27 @@ def test_other_ways_do_the_same_job(run):
             assert measured["apart_mm"]["mujoco"] < 1
 
 
+def test_smce_one_by_one_finds_the_same_optima(run):
+    figures, _ = run
+    learners = figures["learners"]
+    assert learners["smce"]["objectives_apart"] < 1e-6
+    assert learners["fits"][0]["n_points"] == 60
+    assert learners["fits"][0]["peak_mb"] >= learners["fits"][0]["before_mb"]
+
+
+def test_committed_smce_is_fast_enough():
+    learners = load_costs()["learners"]
+    assert learners["smce"]["n_points"] == 360
+    assert learners["smce"]["one_by_one_over_fit"]["median"] > 15
+    largest = learners["fits"][-1]
+    assert largest["n_points"] == 10_000
+    assert largest["seconds"] < 120
+    assert largest["peak_mb"] < 2048
+
+
 def test_what_is_printed_is_the_chapters_tables(run):
     figures, printed = run
-    for table in (rollout_table, task_table, growth_table):
+    for table in (rollout_table, task_table, growth_table, smce_table, learner_table):
         assert table(figures).to_string() in printed
     assert "MuJoCo" in printed.splitlines()[-3]
 
@@ -100,5 +119,7 @@ def test_a_missing_or_old_file_is_named(tmp_path):
     with pytest.raises(ValueError, match=r"none\.json is not there; `make bench`"):
         load_costs(tmp_path / "none.json")
     (tmp_path / "old.json").write_text('{"machine": {}, "memory": {}}')
-    with pytest.raises(ValueError, match=r"lacks rollouts, searches, growth, skill"):
+    with pytest.raises(
+        ValueError, match=r"lacks rollouts, searches, growth, skill, learners"
+    ):
         load_costs(tmp_path / "old.json")

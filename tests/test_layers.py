@@ -63,6 +63,7 @@ ROW = [
     "plots_audit",
     "plots_movements",
     "plots_charts",
+    "plots_learners",
     "notebook",
     "chapters",
     "book",
