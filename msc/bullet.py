@@ -1,10 +1,11 @@
 """PyBullet: copies of the arm in one physics world, driven by PID torques.
 
 The only module that imports PyBullet. One world carries `n_arms` copies of the arm and
-of its obstacles, one above the other on storeys a metre high: they are controlled and stepped
-together, and never near enough for the engine to look for contacts between them. This
-is what makes a rollout cost little more than its physics. Each copy is a body, and so a
-solver island, of its own: a test holds it to do, bit for bit, what it would do alone.
+of its obstacles, one above the other on storeys a metre high: they are controlled and
+stepped together, and never near enough for the engine to look for contacts between
+them. This is what makes a rollout cost little more than its physics. Each copy is a
+body, and so a solver island, of its own: a test holds it to do, bit for bit, what it
+would do alone.
 """
 
 from __future__ import annotations

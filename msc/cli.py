@@ -9,7 +9,6 @@ import argparse
 import json
 import sys
 from collections.abc import Sequence
-from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -103,10 +102,9 @@ def _run_evaluate(options: argparse.Namespace) -> None:
         out = folder / f"study_{world}.json"
         replace_file(out, format_study(run_study(world, **what)))
         print(out)
-        if find_spec("msc.elbows"):
-            out = folder / f"elbow_{world}.json"
-            replace_file(out, format_study(run_elbows(world, **what)))
-            print(out)
+        out = folder / f"elbow_{world}.json"
+        replace_file(out, format_study(run_elbows(world, **what)))
+        print(out)
 
 
 def _add_run(commands: "Commands") -> None:

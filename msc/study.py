@@ -38,7 +38,7 @@ from __future__ import annotations
 
 import json
 import re
-from importlib import import_module, metadata
+from importlib import metadata
 from typing import Any
 
 import numpy as np
@@ -46,6 +46,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from msc.cells import Errors, measure, summarise_trials
+from msc.elbows import measure_elbows
 from msc.plan import N_CHARTS, PROFILES, list_groups
 from msc.sampling import task_density
 from msc.tables import checksum, find_data, load_dataset
@@ -152,7 +153,7 @@ def run_elbows(
         What `msc.elbows.measure_elbows` found, and what it rests on.
     """
     tasks, policies, _ = load_dataset(name)
-    found = import_module("msc.elbows").measure_elbows(
+    found = measure_elbows(
         tasks,
         policies,
         n_resamples=PROFILES[profile].n_elbows,
