@@ -1,7 +1,7 @@
 """Points written as affine combinations of their neighbours, near ones preferred.
 
-Every point has a small convex program of its own. All programs of a chunk of points
-are solved as one, so that the solver is called seldom and memory stays bounded.
+Every point has a small convex program of its own. The programs of a chunk of points are
+solved together, so that solvers are called seldom and memory stays bounded.
 """
 
 from __future__ import annotations
@@ -13,9 +13,12 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from msc.interior import minimize_programs
+
 Array = NDArray[np.float64]
 
-_CHUNK = 500  # points solved as one; more are not faster, and take more memory
+_CHUNK = 500  # points solved together; more are not faster, and take more memory
+_FEW = 100  # points; up to here cvxpy's own time does not matter
 _ZERO = 1e-10  # coefficients; the solver leaves about 1e-13 where the optimum has 0
 _COPY = 1e-10  # of the furthest neighbour's distance: nearer ones are the same point
 _TOLERANCES = {
@@ -62,10 +65,13 @@ def reconstruct(
 
     Notes
     -----
-    The program is stated in the notes of `SMCE`. Within a chunk each point's program is
-    divided by its value at the nearest neighbour, so that the solver's tolerance of
-    1e-12 binds each of them and not only their sum. A point with exact copies among its
-    neighbours is reconstructed by these in equal shares, at no cost.
+    The program is stated in the notes of `SMCE`. Up to a hundred points are stated to
+    cvxpy as one program; each point's own is divided by its value at the nearest
+    neighbour, so that the solver's tolerance of 1e-12 binds all of them and not only
+    their sum. More points are solved by `msc.interior`, where calling a solver takes no
+    time, and cvxpy gets what cannot be certified there: very small penalties. A point
+    with exact copies among its neighbours is reconstructed by these in equal shares, at
+    no cost.
 
     Examples
     --------
@@ -112,13 +118,24 @@ def _reconstruct(
 
 def _solve(columns: Array, penalty: Array) -> Array:
     """Minimise penalty @ |c| + |columns @ c|^2 / 2 with sum(c) = 1, for every point."""
-    n_points, n_neighbors = penalty.shape
     nearest = penalty[:, :1] + 0.5 * (columns[:, :, 0] ** 2).sum(axis=1, keepdims=True)
-    factors = np.linalg.qr(columns / np.sqrt(nearest)[:, :, None], mode="r")
-    errors = sp.block_diag(list(factors), format="csc")
+    columns, penalty = columns / np.sqrt(nearest)[:, :, None], penalty / nearest
+    coef = np.full(penalty.shape, np.nan)
+    if len(penalty) > _FEW and penalty.all():
+        coef = minimize_programs(columns, penalty)
+    rest = np.isnan(coef).any(axis=1)
+    if rest.any():
+        coef[rest] = _state(columns[rest], penalty[rest])
+    return np.asarray(coef / coef.sum(axis=1, keepdims=True))
+
+
+def _state(columns: Array, penalty: Array) -> Array:
+    """Do it by stating the programs of all points to cvxpy as one."""
+    n_points, n_neighbors = penalty.shape
+    errors = sp.block_diag(list(np.linalg.qr(columns, mode="r")), format="csc")
     sums = sp.kron(sp.eye_array(n_points), np.ones((1, n_neighbors)), format="csc")
     c = cp.Variable(n_points * n_neighbors)
-    cost = (penalty / nearest).ravel() @ cp.abs(c) + 0.5 * cp.sum_squares(errors @ c)
+    cost = penalty.ravel() @ cp.abs(c) + 0.5 * cp.sum_squares(errors @ c)
     program = cp.Problem(cp.Minimize(cost), [sums @ c == 1])  # Eq. 3, for all i
     with warnings.catch_warnings():  # the reduced tolerances are accurate enough
         warnings.filterwarnings("ignore", "Solution may be inaccurate", UserWarning)
@@ -130,4 +147,4 @@ def _solve(columns: Array, penalty: Array) -> Array:
         )
     coef = np.asarray(c.value).reshape(n_points, n_neighbors)
     coef[abs(coef) < _ZERO] = 0.0
-    return np.asarray(coef / coef.sum(axis=1, keepdims=True))
+    return coef

@@ -93,9 +93,9 @@ class SMCE(ClusterMixin, BaseEstimator):  # type: ignore[misc]
         subject to  sum_j c_j = 1,        q_j = d_j / sum_t d_t
 
     with y_j = (x_j - x_i) / d_j, or without the division in the raw form. They
-    are solved many at a time, to a tolerance of 1e-12 (`msc.reconstruction`). A point
-    with exact copies among its neighbours is reconstructed by these in equal shares,
-    at no cost.
+    are solved many at a time, within 1e-11 of the optimum (`msc.reconstruction`). A
+    point with exact copies among its neighbours is reconstructed by these in equal
+    shares, at no cost.
 
     Affinities are the row-normalised |c_j / d_j|, in the raw form |c_j|, pruned and
     symmetrised by the larger of both directions; clustering follows [3]_. Where the
@@ -209,15 +209,17 @@ class SMCE(ClusterMixin, BaseEstimator):  # type: ignore[misc]
         self.eigenvalues_, vectors = laplacian_eigen(
             self.affinity_matrix_, max(self.n_clusters or 1, curve_length), seed
         )
-        self.elbow_curve_ = np.array(
-            [
-                within_chart_squares(X, cluster_rows(unit_rows(vectors[:, :s]), seed))
-                for s in range(1, curve_length + 1)
-            ]
+        charts = [
+            cluster_rows(unit_rows(vectors[:, :count]), seed)
+            for count in range(1, curve_length + 1)
+        ]
+        self.elbow_curve_ = np.array([within_chart_squares(X, c) for c in charts])
+        count = self.n_clusters_ = self.n_clusters or elbow(self.elbow_curve_)
+        self.embedding_ = unit_rows(vectors[:, :count])
+        known = count <= curve_length
+        self.labels_ = (
+            charts[count - 1] if known else cluster_rows(self.embedding_, seed)
         )
-        self.n_clusters_ = self.n_clusters or elbow(self.elbow_curve_)
-        self.embedding_ = unit_rows(vectors[:, : self.n_clusters_])
-        self.labels_ = cluster_rows(self.embedding_, seed)
         return self
 
 

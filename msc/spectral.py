@@ -110,6 +110,8 @@ def cluster_rows(embedding: Array, seed: int) -> NDArray[np.intp]:
     ndarray of shape (n_points,)
         Labels from 0 to k - 1, in order of first appearance.
     """
+    if embedding.shape[1] == 1:
+        return np.zeros(len(embedding), dtype=np.intp)
     # As many distinct rows, at least: the eigenvectors are linearly independent.
     k_means = KMeans(embedding.shape[1], n_init=10, random_state=seed)
     found = k_means.fit_predict(embedding)

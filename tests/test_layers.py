@@ -32,6 +32,7 @@ ROW = [
     "movements",
     "validation",
     "spectral",
+    "interior",
     "reconstruction",
     "smce",
     "gaussian",
@@ -74,6 +75,7 @@ ROBOT = set(ROW[: ROW.index("validation")]) - {"tables", "jumps"}
 LEARNERS = {
     "validation",
     "spectral",
+    "interior",
     "reconstruction",
     "smce",
     "gaussian",

@@ -4,8 +4,18 @@ import cvxpy as cp
 import numpy as np
 import pytest
 
+import msc.interior
 import msc.reconstruction
+from msc.interior import minimize_programs
 from msc.reconstruction import reconstruct
+
+
+@pytest.fixture(params=["few", "many"])
+def solver(request, monkeypatch):
+    """Whether programs are stated to cvxpy or solved by the interior point method."""
+    if request.param == "many":
+        monkeypatch.setattr(msc.reconstruction, "_FEW", 0)
+
 
 SHAPES = [  # points, features, neighbours
     (12, 1, 4),
@@ -46,7 +56,7 @@ def optimum(x, others, regularization, is_normalized):
 
 @pytest.mark.parametrize("is_normalized", [True, False])
 @pytest.mark.parametrize("number", range(len(SHAPES)))
-def test_objectives_are_those_of_another_solver(number, is_normalized):
+def test_objectives_are_those_of_another_solver(number, is_normalized, solver):
     X, neighbors = sample(number, *SHAPES[number])
     regularization = (1.0, 10.0, 100.0)[number % 3]
     coef, distances, objective = reconstruct(
@@ -64,7 +74,7 @@ def test_objectives_are_those_of_another_solver(number, is_normalized):
 
 
 @pytest.mark.parametrize("chunk", [1, 7, 20, 30])
-def test_chunks_change_nothing(chunk, monkeypatch):
+def test_chunks_change_nothing(chunk, monkeypatch, solver):
     X, neighbors = sample(0, 30, 3, 8)
     arguments = {"regularization": 10.0, "is_normalized": True}
     whole = reconstruct(X, neighbors, **arguments)
@@ -86,3 +96,50 @@ def test_a_chunk_of_copies_alone_needs_no_solver(monkeypatch):
     )
     np.testing.assert_array_equal(coef, 0.5)
     np.testing.assert_array_equal(objective, 0)
+
+
+def objectives(X, neighbors, regularization, is_normalized):
+    arguments = {"regularization": regularization, "is_normalized": is_normalized}
+    return reconstruct(X, neighbors, **arguments)[2]
+
+
+@pytest.mark.parametrize("is_normalized", [True, False])
+@pytest.mark.parametrize("regularization", [0.0, 1e-3, 1.0, 1e5])
+@pytest.mark.parametrize("scale", [1e-3, 1.0, 300.0])
+def test_both_ways_find_the_same_optima(
+    regularization, is_normalized, scale, monkeypatch
+):
+    X, neighbors = sample(1, 40, 4, 12)
+    arguments = (scale * X, neighbors, regularization, is_normalized)
+    stated = objectives(*arguments)
+    monkeypatch.setattr(msc.reconstruction, "_FEW", 0)
+    np.testing.assert_allclose(objectives(*arguments), stated, rtol=1e-7, atol=1e-18)
+
+
+def test_what_cannot_be_certified_goes_to_cvxpy(monkeypatch):
+    X, neighbors = sample(2, 40, 4, 12)
+    stated = objectives(X, neighbors, 10.0, True)
+    monkeypatch.setattr(msc.reconstruction, "_FEW", 0)
+    monkeypatch.setattr(msc.interior, "_STEPS", 9)  # some are done by then, some not
+    coef = minimize_programs(
+        np.random.default_rng(0).normal(size=(99, 3, 9)), np.full((99, 9), 0.1)
+    )
+    assert 0 < np.isnan(coef[:, 0]).sum() < 99
+    np.testing.assert_allclose(objectives(X, neighbors, 10.0, True), stated, rtol=1e-9)
+
+
+def test_the_interior_point_method_leaves_exact_zeros_and_certifies():
+    rng = np.random.default_rng(0)
+    columns = rng.normal(size=(200, 3, 12))
+    columns /= np.linalg.norm(columns, axis=1)[:, None]
+    penalty = rng.uniform(0.2, 2, (200, 12))
+    coef = minimize_programs(columns, penalty)
+    assert not np.isnan(coef).any()
+    assert (coef == 0).mean() > 0.5  # at most four are needed in three dimensions
+    assert (np.count_nonzero(coef, axis=1) <= 4).all()
+    np.testing.assert_allclose(coef.sum(axis=1), 1, rtol=1e-7)
+    slopes = np.einsum("ijk,ij->ik", columns, np.einsum("ijk,ik->ij", columns, coef))
+    level = np.where(coef, slopes + penalty * np.sign(coef), np.nan)
+    np.testing.assert_allclose(np.nanstd(level, axis=1), 0, atol=1e-6)  # optimality
+    bound = penalty + 1e-6
+    assert (abs(slopes - np.nanmean(level, axis=1, keepdims=True)) <= bound).all()
