@@ -145,8 +145,8 @@ def plot_manifold(
             sharey="row",
             squeeze=False,
         )
-        for pair, dimension in zip(axes, dimensions, strict=True):
-            _draw_manifold(*pair, experiment, dimension)
+        for (single, charts), dimension in zip(axes, dimensions, strict=True):
+            _draw_manifold(single, charts, experiment, dimension)
         n_samples = experiment.n_samples
         n_charts = experiment.methods["charts"].n_charts_
         axes[0, 0].set_title(f"single regression, {n_samples} samples")

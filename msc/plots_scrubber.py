@@ -115,7 +115,7 @@ def _weight_panel(
     weight = int(np.argmax(experiment.policies.std(axis=0)))
     grid = np.rad2deg(experiment.tasks[:, 0])
     searched = experiment.policies[:, weight]
-    still = {"colour": "#8a8a8a", "opacity": 0.8, "width": 1.2}
+    still: dict[str, Any] = {"colour": "#8a8a8a", "opacity": 0.8, "width": 1.2}
     marks = [Mark("dots", np.c_[grid, searched], **still)]
     marks.append(Mark("upright", _uprights(degrees), "step", width=1.0, opacity=0.5))
     for name, some in policies.items():

@@ -119,7 +119,8 @@ def _draw_verdicts(
         for place, one in zip(here["n_samples"], here["comparison"], strict=True):
             sign = SIGNS[one.verdict]
             axis.text(place, height, sign, transform=below, ha="center", **look)
-        if axis.get_subplotspec().is_first_col():
+        place_in_grid: Any = axis.get_subplotspec()
+        if place_in_grid.is_first_col():
             beside, text = axis.transAxes, f"vs {baseline} "
             axis.text(-0.02, height, text, transform=beside, ha="right", **look)
     axis.tick_params(axis="x", pad=4 + 15 * len(baselines))

@@ -111,7 +111,7 @@ def ratio_table(
     table = pd.DataFrame(columns).rename_axis("training tasks")
     table.columns = table.columns.set_names(["", "", "charts over"])
     many = [len({place[level] for place in columns}) > 1 for level in range(3)]
-    single = [level for level in (0, 1) if not many[level]]
+    single: list[Any] = [level for level in (0, 1) if not many[level]]
     return table.droplevel(single, axis=1)
 
 
