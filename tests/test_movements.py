@@ -91,17 +91,17 @@ def rims(axis):
 
 def test_each_task_has_a_panel(movements):
     indices = movements.evenly(6)
-    figure = plot_tasks(movements, indices, n_poses=5)
+    figure = plot_tasks(movements, indices, n_poses=4)
     panels = [axis for axis in figure.axes if axis.lines]
     assert [axis.get_title() for axis in panels] == [f"{60 * k}°" for k in range(6)]
     for axis, index in zip(panels, indices, strict=True):
         way, marks = drawn(axis, SIDES[0])
         path = movements.rollouts[index].path
         np.testing.assert_array_equal(way.get_xydata(), path)
-        np.testing.assert_array_equal(marks.get_xydata(), path[[0, 33, 66, 99, 132]])
+        np.testing.assert_array_equal(marks.get_xydata(), path[[0, 22, 44, 66]])
         goal = movements.workspace.target(DEGREES[index])
         np.testing.assert_allclose(axis.lines[-1].get_xydata(), [goal])
-        assert len(axis.lines) == 2 * 5 + 3
+        assert len(axis.lines) == 2 * 4 + 3
         assert sum(rims(axis)) == len(movements.touched(index))
 
 

@@ -1,9 +1,7 @@
 import json
 import re
-import sys
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -297,8 +295,7 @@ def test_an_unknown_profile_is_named():
 
 def elbows(monkeypatch, measure_elbows):
     monkeypatch.setitem(PROFILES, "quick", LEAST)
-    module = SimpleNamespace(measure_elbows=measure_elbows, __spec__=object())
-    monkeypatch.setitem(sys.modules, "msc.elbows", module)
+    monkeypatch.setattr("msc.study.measure_elbows", measure_elbows)
 
 
 def test_evaluate_writes_what_it_found(monkeypatch, tmp_path, capsys):
