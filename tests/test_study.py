@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from joblib.externals.loky import get_reusable_executor
 
 from msc.cells import measure, summarise_trials
 from msc.cli import main
@@ -243,6 +244,7 @@ def test_scatter_is_that_of_all_errors():
 
 
 def test_the_result_does_not_depend_on_the_workers(study):
+    get_reusable_executor().shutdown()  # workers of other tests stand in other folders
     assert format_study(run_study("obstacles", seed=3, jobs=2)) == format_study(study)
 
 
