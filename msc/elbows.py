@@ -24,11 +24,10 @@ from tqdm import tqdm
 from msc.gaussian import gaussian_process
 from msc.smce import SMCE
 from msc.spectral import (
-    cluster_rows,
+    cluster_each,
     elbow,
     knee,
     laplacian_eigen,
-    unit_rows,
     within_chart_squares,
 )
 
@@ -291,11 +290,7 @@ def _cut(policies: Array, n_counts: int, seed: int) -> tuple[Any, Array, list[Ch
     affinity = SMCE(1, max_clusters=1).fit(policies).affinity_matrix_
     size = min(n_counts + 1, len(policies))
     values, vectors = laplacian_eigen(affinity, size, seed)
-    charts = [
-        cluster_rows(unit_rows(vectors[:, :count]), seed)
-        for count in range(1, n_counts + 1)
-    ]
-    return affinity, values, charts
+    return affinity, values, cluster_each(vectors, n_counts, seed)
 
 
 def _fold_errors(

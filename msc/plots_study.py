@@ -9,8 +9,9 @@ import matplotlib.pyplot as plt
 import pandas as pd
 from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
+from numpy.typing import NDArray
 
-from msc.plots import STYLE
+from msc.plots import COLOURS, STYLE
 from msc.study_tables import SIGNS, WORLDS, compare_cells
 
 if TYPE_CHECKING:
@@ -19,10 +20,18 @@ if TYPE_CHECKING:
 Study = dict[str, Any]
 
 LOOKS: dict[str, dict[str, Any]] = {
-    "charts": {"color": "#0072B2", "marker": "o", "ls": "-"},
-    "single regression": {"color": "#D55E00", "marker": "s", "ls": "--"},
+    "charts": {"color": COLOURS["charts"], "marker": "o", "ls": "-"},
+    "single regression": {
+        "color": COLOURS["single regression"],
+        "marker": "s",
+        "ls": "--",
+    },
     "CrKr": {"color": "#CC79A7", "marker": "^", "ls": "-."},
-    "nearest neighbour": {"color": "#009E73", "marker": "D", "ls": ":"},
+    "nearest neighbour": {
+        "color": COLOURS["nearest neighbour"],
+        "marker": "D",
+        "ls": ":",
+    },
     "linear interpolation": {"color": "#56B4E9", "marker": "v", "ls": ":"},
     "single, Matérn": {"color": "#E69F00", "marker": "P", "ls": "--"},
     "single, periodic": {"color": "0.55", "marker": "X", "ls": "--"},
@@ -68,16 +77,8 @@ def plot_sample_sizes(
     Figure
         The drawing; bands are 95 % intervals.
     """
-    size = 3.7 * len(studies), 3.0 * len(measures) + 0.6
     with plt.rc_context(STYLE):
-        figure, axes = plt.subplots(
-            len(measures),
-            len(studies),
-            figsize=size,
-            sharex=True,
-            sharey="row",
-            squeeze=False,
-        )
+        figure, axes = _panels(studies, labels or measures, 3.0 * len(measures) + 0.6)
         for column, study in zip(axes.T, studies, strict=True):
             cells = [cell for cell in study["cells"] if cell["design"] == design]
             for axis, measure in zip(column, measures, strict=True):
@@ -86,13 +87,29 @@ def plot_sample_sizes(
                 axis.set(xscale="log", yscale="log")
                 if verdicts:
                     _draw_verdicts(axis, study, design, measure, methods[1:])
-            column[0].set_title(WORLDS[study["workspace"]])
             _name_sizes(column[-1], [cell["n_samples"] for cell in cells])
-        for axis, label in zip(axes[:, 0], labels or measures, strict=True):
-            axis.set_ylabel(label)
         axes[0, -1].legend(fontsize=7)
     plt.close(figure)
     return figure
+
+
+def _panels(
+    studies: Sequence[Study], labels: Sequence[str], height: float
+) -> tuple[Figure, NDArray[Any]]:
+    """Lay out one row of panels a label, on one scale, and one column a study."""
+    figure, axes = plt.subplots(
+        len(labels),
+        len(studies),
+        figsize=(3.7 * len(studies), height),
+        sharex=True,
+        sharey="row",
+        squeeze=False,
+    )
+    for axis, study in zip(axes[0], studies, strict=True):
+        axis.set_title(WORLDS[study["workspace"]])
+    for axis, label in zip(axes[:, 0], labels, strict=True):
+        axis.set_ylabel(label)
+    return figure, axes
 
 
 def _draw_line(axis: Axes, cells: list[Any], measure: str, method: str) -> None:
@@ -148,16 +165,8 @@ def plot_sweep(*studies: Study, measures: Sequence[str]) -> Figure:
     Figure
         The drawing; one line a number of training tasks, bands are 95 % intervals.
     """
-    size = 3.7 * len(studies), 2.6 * len(measures)
     with plt.rc_context(STYLE):
-        figure, axes = plt.subplots(
-            len(measures),
-            len(studies),
-            figsize=size,
-            sharex=True,
-            sharey="row",
-            squeeze=False,
-        )
+        figure, axes = _panels(studies, measures, 2.6 * len(measures))
         for column, study in zip(axes.T, studies, strict=True):
             sweep = pd.DataFrame(study["sweep"])
             for axis, measure in zip(column, measures, strict=True):
@@ -169,10 +178,7 @@ def plot_sweep(*studies: Study, measures: Sequence[str]) -> Figure:
                     )
                     _draw_band(axis, cells["n_charts"], found, str(n_samples), look)
                 axis.set_yscale("log")
-            column[0].set_title(WORLDS[study["workspace"]])
             column[-1].set(xlabel="charts", xticks=sweep["n_charts"].unique())
-        for axis, measure in zip(axes[:, 0], measures, strict=True):
-            axis.set_ylabel(measure)
         axes[0, -1].legend(fontsize=7, title="training tasks", title_fontsize=7)
     plt.close(figure)
     return figure

@@ -20,6 +20,7 @@ from sklearn.utils._param_validation import Interval, StrOptions
 
 from msc.reconstruction import reconstruct
 from msc.spectral import (
+    cluster_each,
     cluster_rows,
     elbow,
     laplacian_eigen,
@@ -209,10 +210,7 @@ class SMCE(ClusterMixin, BaseEstimator):  # type: ignore[misc]
         self.eigenvalues_, vectors = laplacian_eigen(
             self.affinity_matrix_, max(self.n_clusters or 1, curve_length), seed
         )
-        charts = [
-            cluster_rows(unit_rows(vectors[:, :count]), seed)
-            for count in range(1, curve_length + 1)
-        ]
+        charts = cluster_each(vectors, curve_length, seed)
         self.elbow_curve_ = np.array([within_chart_squares(X, c) for c in charts])
         count = self.n_clusters_ = self.n_clusters or elbow(self.elbow_curve_)
         self.embedding_ = unit_rows(vectors[:, :count])

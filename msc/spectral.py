@@ -119,6 +119,29 @@ def cluster_rows(embedding: Array, seed: int) -> NDArray[np.intp]:
     return np.argsort(np.argsort(first))[inverse]
 
 
+def cluster_each(vectors: Array, n_counts: int, seed: int) -> list[NDArray[np.intp]]:
+    """Find 1, 2, … clusters, each among as many eigenvectors.
+
+    Parameters
+    ----------
+    vectors : ndarray of shape (n_points, at least n_counts)
+        Eigenvectors, see `laplacian_eigen`.
+    n_counts : int
+        The largest number of clusters.
+    seed : int
+        Seed of k-means.
+
+    Returns
+    -------
+    list of ndarray of shape (n_points,)
+        Labels for each number, see `cluster_rows`.
+    """
+    return [
+        cluster_rows(unit_rows(vectors[:, :count]), seed)
+        for count in range(1, n_counts + 1)
+    ]
+
+
 def within_chart_squares(X: Array, labels: NDArray[np.intp]) -> float:
     """Sum the squared distances of points from their chart's mean.
 

@@ -469,8 +469,6 @@ def test_a_claim_can_come_out_either_way(claim):
 
 @pytest.fixture(scope="module")
 def verdicts():
-    if not COMMITTED.exists():
-        pytest.skip("no verdicts committed yet")
     return judge_all(ROOT)
 
 
