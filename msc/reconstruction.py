@@ -18,7 +18,7 @@ from msc.interior import minimize_programs
 Array = NDArray[np.float64]
 
 _CHUNK = 500  # points solved together; more are not faster, and take more memory
-_FEW = 400  # points; up to here cvxpy, which needs a tenth of a second for so many
+_FEW = 100  # points; up to here cvxpy, which needs some hundredths of a second for so many
 _ZERO = 1e-10  # coefficients; the solver leaves about 1e-13 where the optimum has 0
 _COPY = 1e-10  # of the furthest neighbour's distance: nearer ones are the same point
 _TOLERANCES = {
@@ -65,7 +65,7 @@ def reconstruct(
 
     Notes
     -----
-    The program is stated in the notes of `SMCE`. Up to 400 points are stated to
+    The program is stated in the notes of `SMCE`. Up to 100 points are stated to
     cvxpy as one program; each point's own is divided by its value at the nearest
     neighbour, so that the solver's tolerance of 1e-12 binds all of them and not only
     their sum. More points are solved by `msc.interior`, where calling a solver takes no

@@ -9,10 +9,12 @@ from scipy.linalg import eigh
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import LinearOperator, eigsh, splu
 from sklearn.cluster import KMeans
+from threadpoolctl import threadpool_limits
 
 Array = NDArray[np.float64]
 
 _LARGEST_DENSE = 2000  # points; above, only the eigenvectors needed are computed
+_NUDGE = 1e-4  # of the last row's length: far above rounding, nothing to an inertia
 _SHIFT = -1e-3  # just below the least eigenvalue, 0
 
 
@@ -109,12 +111,19 @@ def cluster_rows(embedding: Array, seed: int) -> NDArray[np.intp]:
     -------
     ndarray of shape (n_points,)
         Labels from 0 to k - 1, in order of first appearance.
+
+    Notes
+    -----
+    Rows of different components of the graph are orthogonal: those of a component in
+    which k-means does not start are equally far from all starts. Lest rounding decide,
+    rows are shortened, each by a little more than the one before.
     """
     if embedding.shape[1] == 1:
         return np.zeros(len(embedding), dtype=np.intp)
     # As many distinct rows, at least: the eigenvectors are linearly independent.
     k_means = KMeans(embedding.shape[1], n_init=10, random_state=seed)
-    found = k_means.fit_predict(embedding)
+    shortened = np.linspace(1, 1 - _NUDGE, len(embedding))
+    found = k_means.fit_predict(shortened[:, np.newaxis] * embedding)
     _, first, inverse = np.unique(found, return_index=True, return_inverse=True)
     return np.argsort(np.argsort(first))[inverse]
 
@@ -136,10 +145,11 @@ def cluster_each(vectors: Array, n_counts: int, seed: int) -> list[NDArray[np.in
     list of ndarray of shape (n_points,)
         Labels for each number, see `cluster_rows`.
     """
-    return [
-        cluster_rows(unit_rows(vectors[:, :count]), seed)
-        for count in range(1, n_counts + 1)
-    ]
+    with threadpool_limits(1, "openmp"):  # so few rows: threads would only wait
+        return [
+            cluster_rows(unit_rows(vectors[:, :count]), seed)
+            for count in range(1, n_counts + 1)
+        ]
 
 
 def within_chart_squares(X: Array, labels: NDArray[np.intp]) -> float:
