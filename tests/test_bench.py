@@ -79,7 +79,7 @@ def test_smce_one_by_one_finds_the_same_optima(run):
 def test_committed_smce_is_fast_enough():
     learners = load_costs()["learners"]
     assert learners["smce"]["n_points"] == 360
-    assert learners["smce"]["one_by_one_over_fit"]["median"] > 5
+    assert learners["smce"]["one_by_one_over_fit"]["median"] > 15
     largest = learners["fits"][-1]
     assert largest["n_points"] == 10_000
     assert largest["seconds"] < 120

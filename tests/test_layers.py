@@ -10,6 +10,7 @@ from msc.journal import _CODE
 PACKAGE = Path(__file__).parents[1] / "msc"
 
 ROW = [
+    "parallel",
     "workspace",
     "dmp",
     "kinematics",
@@ -24,6 +25,7 @@ ROW = [
     "journal",
     "workers",
     "tables",
+    "results",
     "dataset",
     "jumps",
     "survey",
@@ -71,7 +73,7 @@ ROW = [
     "cli_search",
     "cli",
 ]
-ROBOT = set(ROW[: ROW.index("validation")]) - {"tables", "jumps"}
+ROBOT = set(ROW[: ROW.index("validation")]) - {"tables", "jumps", "parallel"}
 LEARNERS = {
     "validation",
     "spectral",
