@@ -1,5 +1,3 @@
-import json
-
 import numpy as np
 import pytest
 
@@ -9,7 +7,7 @@ from msc.audit import audit_table, list_jumps, summarise
 from msc.bisection import bisect, bisect_jumps
 from msc.dataset import Plan, grid, search_tasks
 from msc.search import SearchResult
-from msc.tables import checksum, save_table
+from msc.tables import save_table
 from msc.workspace import Workspace
 
 free = Workspace.free()

@@ -1,10 +1,7 @@
-import json
-
 import pytest
 
 from msc.plots_study import plot_sample_sizes, plot_sweep
 from msc.study_tables import compare_cells, gate_shares, ratio_table
-from msc.tables import checksum
 
 BASELINES = {"single regression": 2.0, "CrKr": 1.0, "nearest neighbour": 0.5}
 
