@@ -8,14 +8,15 @@ from pathlib import Path
 
 import pytest
 
-from msc.plots_learners import learner_table, smce_table
-from msc.plots_search import (
+from msc.cost_tables import (
     growth_table,
+    learner_table,
     load_costs,
-    plot_costs,
     rollout_table,
+    smce_table,
     task_table,
 )
+from msc.plots_costs import plot_costs
 from msc.tables import load_dataset
 
 BENCH = Path(__file__).parents[1] / "benchmarks" / "bench.py"
