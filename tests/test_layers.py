@@ -67,6 +67,7 @@ ROW = [
     "plots_learners",
     "notebook",
     "chapters",
+    "reference",
     "book",
     "cli_search",
     "cli",
