@@ -69,7 +69,7 @@ def write_reference(root: Path, stage: Path, chapters: Sequence[Path]) -> None:
         (stage / "tests").mkdir(exist_ok=True)
         for file in dict.fromkeys(file for file, _ in links):
             shutil.copy(root / "tests" / f"{file}.py", stage / "tests")
-        (folder / TESTS).write_text(tests_markdown(links, root), encoding="utf-8")
+        (folder / TESTS).write_text(sources_markdown(links, root), encoding="utf-8")
 
 
 def described_parameters(notebook: nb.Notebook) -> list[Parameter]:
@@ -203,7 +203,7 @@ def named_tests(page: str) -> list[tuple[str, str]]:
     return list(dict.fromkeys(_TEST_LINK.findall(page)))
 
 
-def tests_markdown(links: Sequence[tuple[str, str]], root: Path) -> str:
+def sources_markdown(links: Sequence[tuple[str, str]], root: Path) -> str:
     """Show the source of tests.
 
     Parameters
