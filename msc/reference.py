@@ -105,7 +105,9 @@ def described_parameters(notebook: nb.Notebook) -> list[Parameter]:
         }
         for node in ast.parse(code).body:
             if isinstance(node, ast.Assign | ast.AnnAssign) and node.value:
-                target = node.targets[0] if isinstance(node, ast.Assign) else node.target
+                target = (
+                    node.targets[0] if isinstance(node, ast.Assign) else node.target
+                )
                 meaning = comments.get(node.end_lineno or 0, "")
                 default = ast.unparse(node.value)
                 found.append(Parameter(ast.unparse(target), default, meaning))
@@ -147,7 +149,7 @@ def parameters_markdown(chapters: Sequence[Path]) -> str:
 
 
 def commands_markdown(text: str) -> str:
-    """Lay out what `msc help` prints.
+    r"""Lay out what `msc help` prints.
 
     Parameters
     ----------
