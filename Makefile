@@ -8,6 +8,7 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3 || echo python3)# 
 PROFILE ?= quick# or full: how much the chapters compute
 JOBS ?= 2# processes at a time
 PORT ?= 8000# of `make serve`
+LAB ?=# options of `make lab`, as --no-browser
 
 VENV := .venv
 BIN := $(VENV)/bin/python
@@ -17,10 +18,12 @@ NOTEBOOKS := $(wildcard book/*.ipynb)
 
 python_version = $(or $(shell "$(PYTHON)" -c 'import sys; print("%d.%d" % sys.version_info[:2])' 2>/dev/null),missing)
 
-.PHONY: help book test lint serve lab data results bench lock clean
+.PHONY: help env book test lint serve lab hooks data results bench lock clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-7s %s\n", $$1, $$2 }' Makefile
+
+env: $(STAMP) ## make .venv, exactly the lock; every other target does so when needed
 
 book: $(STAMP) ## execute the chapters and build the book (PROFILE=quick, JOBS=2)
 	@$(BIN) -m msc book --profile $(PROFILE) --jobs $(JOBS)
@@ -40,8 +43,13 @@ serve: $(STAMP) ## show the built book on localhost (PORT=8000)
 	@echo "The book is at http://localhost:$(PORT) until Ctrl-C."
 	@$(BIN) -m http.server $(PORT) --bind 127.0.0.1 --directory _build/html
 
-lab: $(STAMP) ## open the repository in JupyterLab
-	@$(BIN) -m jupyterlab
+lab: $(STAMP) ## open the repository in JupyterLab (LAB=--no-browser)
+	@JUPYTER_PATH= JUPYTER_PREFER_ENV_PATH=1 $(BIN) -m jupyterlab \
+		--ServerApp.root_dir="$(CURDIR)" --LabApp.default_url=/lab/tree/book $(LAB)
+
+hooks: $(STAMP) ## check every commit of this clone, and keep outputs out of notebooks
+	@$(BIN) -m pre_commit install
+	@$(BIN) -m nbstripout --install
 
 data: $(STAMP) ## search every policy in data/ again, resuming where it stopped
 	$(BIN) -m msc survey cut --jobs $(JOBS) --out data/results/cut.json

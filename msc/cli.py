@@ -59,6 +59,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
         _add_book,
     ):
         add(commands)
+    _add_help(commands, parser)
     options = parser.parse_args(arguments)
     try:
         options.run(options)
@@ -181,6 +182,15 @@ def _run_book(options: argparse.Namespace) -> None:
     for name, value in seconds.items():
         print(f"{name:32} {value:6.1f} s")
     print(f"The book: {index}")
+
+
+def _add_help(commands: "Commands", whole: argparse.ArgumentParser) -> None:
+    """Declare `msc help`, which tells every command's options."""
+    parser = commands.add_parser("help", help="tell the options of all commands")
+    parsers = [whole, *commands.choices.values()]
+    parser.set_defaults(
+        run=lambda _: print("\n".join(one.format_help() for one in parsers), end="")
+    )
 
 
 def _sentence(error: Exception) -> str:

@@ -69,6 +69,7 @@ ROW = [
     "plots_charts",
     "notebook",
     "chapters",
+    "reference",
     "book",
     "cli_search",
     "cli",
