@@ -135,7 +135,7 @@ def _run_chapter(options: argparse.Namespace) -> None:
     chapters = {options.chapter: given}
     (chapter,) = run_chapters(chapters, root=root, cache=root / "_build/cache", jobs=1)
     write_notebook(chapter.notebook, out)
-    print(f"{out}: {chapter.seconds:.1f} s")
+    print(f"{out}: {chapter.record.seconds:.1f} s")
 
 
 def _add_claims(commands: "Commands") -> None:
