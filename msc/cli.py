@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import yaml
+from tqdm import tqdm
 
 from msc.book import build_book
 from msc.chapters import BookError, run_chapters
@@ -133,7 +134,9 @@ def _run_chapter(options: argparse.Namespace) -> None:
     given = {name: yaml.safe_load(value) for name, value in options.parameters}
     root = Path.cwd()
     chapters = {options.chapter: given}
-    (chapter,) = run_chapters(chapters, root=root, cache=root / "_build/cache", jobs=1)
+    (chapter,) = run_chapters(
+        chapters, root=root, cache=root / "_build/cache", jobs=1, say=print
+    )
     write_notebook(chapter.notebook, out)
     print(f"{out}: {chapter.record.seconds:.1f} s")
 
@@ -175,11 +178,8 @@ def _add_book(commands: "Commands") -> None:
 
 
 def _run_book(options: argparse.Namespace) -> None:
-    """Build the book; print each chapter's seconds and where the index page is."""
-    index = build_book(profile=options.profile, jobs=options.jobs)
-    seconds = json.loads((index.parents[1] / "chapters.json").read_text())
-    for name, value in seconds.items():
-        print(f"{name:32} {value:6.1f} s")
+    """Build the book; print which chapters are executed, why, and the index page."""
+    index = build_book(profile=options.profile, jobs=options.jobs, say=tqdm.write)
     print(f"The book: {index}")
 
 
