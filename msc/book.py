@@ -130,7 +130,7 @@ def pages(root: Path) -> list[Path]:
     if not toc.exists():
         raise FileNotFoundError(f"{root} holds no book: it has no _toc.yml")
     found = []
-    for name in _page_names(yaml.safe_load(toc.read_text(encoding="utf-8"))):
+    for name in page_names(yaml.safe_load(toc.read_text(encoding="utf-8"))):
         sources = [root / "book" / f"{name}{ending}" for ending in (".ipynb", ".md")]
         existing = [source for source in sources if source.exists()]
         if not existing:
@@ -178,14 +178,30 @@ def substitutions(root: Path) -> dict[str, Any]:
     return flat
 
 
-def _page_names(toc: Any) -> list[str]:
-    """List the pages named anywhere in a table of contents, in order."""
+def page_names(toc: Any) -> list[str]:
+    """List the pages named anywhere in a table of contents.
+
+    Parameters
+    ----------
+    toc : list or dict
+        The table of contents, or a part of it.
+
+    Returns
+    -------
+    list of str
+        Names in order.
+
+    Examples
+    --------
+    >>> page_names({"root": "index", "chapters": [{"file": "fig1"}]})
+    ['index', 'fig1']
+    """
     if isinstance(toc, list):
-        return [name for item in toc for name in _page_names(item)]
+        return [name for item in toc for name in page_names(item)]
     if not isinstance(toc, dict):
         return []
     own = [toc[key] for key in ("root", "file") if key in toc]
-    return own + [name for value in toc.values() for name in _page_names(value)]
+    return own + [name for value in toc.values() for name in page_names(value)]
 
 
 def _stage(

@@ -183,7 +183,7 @@ def _card(picture: Picture, pictures: Sequence[Picture]) -> str:
     return (
         f":::{{grid-item-card}} {picture.title}{which}\n"
         f":link: {picture.chapter}\n:link-type: doc\n"
-        f":img-bottom: {THUMBNAILS}/{picture.name}.png\n"
+        f":img-top: {THUMBNAILS}/{picture.name}.png\n"
         f":img-alt: {' '.join(picture.alt.split()) or picture.title}\n"
         ":class-card: msc-thumbnail\n"
         ":::\n"

@@ -7,7 +7,8 @@ imported. That is what the outputs depend on: nothing is declared, so nothing ca
 forgotten. Not seen are files that only a process started by the chapter reads, those
 that C libraries open, and whether a file exists that is never opened.
 
-Figures are kept as PNG and as SVG, whose names and dates do not change from run to run.
+Figures are kept as PNG and as SVG, without dates and with names that do not change from
+run to run. A reader's own settings of matplotlib are left aside.
 """
 
 import hashlib
@@ -22,8 +23,8 @@ from typing import Any
 FIGURES = {
     "figure_formats": {"png", "svg"},
     "print_figure_kwargs": {"bbox_inches": "tight", "metadata": {"Date": None}},
-    "rc": {"svg.hashsalt": "msc"},
 }
+STYLE = "svg.hashsalt: msc\n"
 
 
 def watch(log: Path, folders: Sequence[Path]) -> None:
@@ -139,6 +140,9 @@ def main() -> None:
     del sys.path[0]  # this file's folder: its modules are no packages
     options = sys.argv.index("-f")
     log, *folders = map(Path, sys.argv[1:options])
+    style = log.with_name("matplotlibrc")
+    style.write_text(STYLE, encoding="utf-8")
+    os.environ["MATPLOTLIBRC"] = str(style)
     watch(log, folders)
     from ipykernel.kernelapp import launch_new_instance  # noqa: PLC0415
     from traitlets.config import Config  # noqa: PLC0415
