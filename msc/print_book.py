@@ -206,7 +206,8 @@ def _body(name: str, page: str, names: Sequence[str]) -> str:
     text = re.sub(r'<a class="headerlink".*?</a>', "", text, flags=re.DOTALL)
     text = re.sub(r"<button.*?</button>", "", text, flags=re.DOTALL)
     text = re.sub(r"<details\b", "<details open", text)
-    text = text.replace("reach.gif", "reach.png")  # a film stands still at any moment
+    # A film would be caught at any moment; it has a picture beside it.
+    text = re.sub(r'src="_images/(\w+)\.gif"', r'src="_static/\1.png"', text)
     text = re.sub(r'(\s(?:id|for|name|aria-labelledby)=")', rf"\1{name}--", text)
 
     def link(match: re.Match[str]) -> str:
