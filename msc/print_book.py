@@ -1,6 +1,6 @@
 """The book on paper: all pages as one, with a title page and contents, and as a PDF.
 
-Chromium prints it. Sliders give way to their pictures, what is folded is opened, links
+Chromium prints it, as `print.css` says. Sliders give way to their pictures, what is folded is opened, links
 between pages become links within the document, and its bytes depend on the book alone.
 """
 
@@ -18,6 +18,7 @@ import yaml
 
 from msc.book import page_names
 from msc.chapters import BookError
+from msc.release import release_name
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 _STYLE = Path(__file__).with_name("print.css")
@@ -35,7 +36,7 @@ def print_book(root: Path) -> Path:
     Returns
     -------
     Path
-        `_build/book.pdf`.
+        The PDF, in `_build/release/`.
 
     Raises
     ------
@@ -52,7 +53,9 @@ def print_book(root: Path) -> Path:
         )
     toc = yaml.safe_load((root / "_toc.yml").read_text(encoding="utf-8"))
     config = yaml.safe_load((root / "_config.yml").read_text(encoding="utf-8"))
-    page, target = build / "book.html", build / "book.pdf"
+    page = build / "book.html"
+    target = build / "release" / f"{release_name(root)}.pdf"
+    target.parent.mkdir(exist_ok=True)
     page.write_text(
         one_page(build / "html", toc, config["title"], config["author"]),
         encoding="utf-8",

@@ -66,9 +66,16 @@ ROW = [
     "plots_charts",
     "plots_learners",
     "notebook",
+    "kernel",
+    "record",
     "chapters",
+    "figures",
+    "provenance",
     "book",
+    "release",
+    "print_book",
     "cli_search",
+    "cli_book",
     "cli",
 ]
 ROBOT = set(ROW[: ROW.index("validation")]) - {"tables", "jumps"}
