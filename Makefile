@@ -18,7 +18,7 @@ NOTEBOOKS := $(wildcard book/*.ipynb)
 
 python_version = $(or $(shell "$(PYTHON)" -c 'import sys; print("%d.%d" % sys.version_info[:2])' 2>/dev/null),missing)
 
-.PHONY: help env book test lint serve lab hooks data results bench lock clean
+.PHONY: help env book release pdf twice test lint serve lab hooks data results bench lock clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-7s %s\n", $$1, $$2 }' Makefile
@@ -27,6 +27,15 @@ env: $(STAMP) ## make .venv, exactly the lock; every other target does so when n
 
 book: $(STAMP) ## execute the chapters and build the book (PROFILE=quick, JOBS=2)
 	@$(BIN) -m msc book --profile $(PROFILE) --jobs $(JOBS)
+
+release: book ## pack the book as a zip that opens without a network
+	@$(BIN) -m msc release
+
+pdf: book ## print the book as one PDF; needs Chromium
+	@$(BIN) -m msc pdf
+
+twice: $(STAMP) ## build the book again elsewhere and compare all bytes
+	@$(BIN) -m msc twice --profile $(PROFILE) --jobs $(JOBS)
 
 test: $(STAMP) ## run all tests
 	@$(BIN) -m pytest
@@ -69,7 +78,7 @@ data: $(STAMP) ## search every policy in data/ again, resuming where it stopped
 
 results: $(STAMP) ## compare all methods again and judge the claims (half an hour)
 	$(BIN) -m msc evaluate --profile full --jobs $(JOBS)
-	$(BIN) -m msc claims --out data/results/claims.json
+	$(BIN) -m msc claims --out data/results/claims.json --readme README.md
 
 bench: $(STAMP) ## measure the speed of each part against a reference
 	@$(BIN) benchmarks/bench.py

@@ -68,10 +68,17 @@ ROW = [
     "plots_movements",
     "plots_charts",
     "notebook",
+    "kernel",
+    "record",
     "chapters",
     "reference",
+    "figures",
+    "provenance",
     "book",
+    "release",
+    "print_book",
     "cli_search",
+    "cli_book",
     "cli",
 ]
 ROBOT = set(ROW[: ROW.index("validation")]) - {"tables", "jumps", "parallel"}
