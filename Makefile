@@ -8,6 +8,7 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3 || echo python3)# 
 PROFILE ?= quick# or full: how much the chapters compute
 JOBS ?= 2# processes at a time
 PORT ?= 8000# of `make serve`
+CHROMIUM ?= $(shell command -v chromium)# looks at the built book
 
 VENV := .venv
 BIN := $(VENV)/bin/python
@@ -17,16 +18,21 @@ NOTEBOOKS := $(wildcard book/*.ipynb)
 
 python_version = $(or $(shell "$(PYTHON)" -c 'import sys; print("%d.%d" % sys.version_info[:2])' 2>/dev/null),missing)
 
-.PHONY: help book test lint serve lab data results bench lock clean
+.PHONY: help book test test-browser lint serve lab data results bench lock clean
 
 help: ## list the targets
-	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-7s %s\n", $$1, $$2 }' Makefile
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' Makefile
 
 book: $(STAMP) ## execute the chapters and build the book (PROFILE=quick, JOBS=2)
 	@$(BIN) -m msc book --profile $(PROFILE) --jobs $(JOBS)
 
-test: $(STAMP) ## run all tests
+test: $(STAMP) ## run all tests but those in a browser
 	@$(BIN) -m pytest
+	@echo "$(if $(CHROMIUM),Not run here:,There is no chromium on the PATH; left out:) \
+	the tests of the built book in a browser (make book test-browser)."
+
+test-browser: $(STAMP) ## look at the built book in Chromium: every page, slider, link
+	@CHROMIUM="$(CHROMIUM)" $(BIN) -m pytest tests/browser
 
 lint: $(STAMP) ## check style, types, docstrings, and that notebooks carry no outputs
 	@$(BIN) -m ruff check
