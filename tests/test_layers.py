@@ -10,6 +10,7 @@ from msc.journal import _CODE
 PACKAGE = Path(__file__).parents[1] / "msc"
 
 ROW = [
+    "parallel",
     "workspace",
     "dmp",
     "kinematics",
@@ -24,6 +25,7 @@ ROW = [
     "journal",
     "workers",
     "tables",
+    "results",
     "dataset",
     "jumps",
     "survey",
@@ -57,21 +59,21 @@ ROW = [
     "claims_page",
     "plots",
     "study_tables",
+    "cost_tables",
     "plots_study",
     "scrubber",
     "plots_scrubber",
-    "plots_search",
+    "plots_costs",
     "plots_audit",
     "plots_movements",
     "plots_charts",
-    "plots_learners",
     "notebook",
     "chapters",
     "book",
     "cli_search",
     "cli",
 ]
-ROBOT = set(ROW[: ROW.index("validation")]) - {"tables", "jumps"}
+ROBOT = set(ROW[: ROW.index("validation")]) - {"tables", "jumps", "parallel"}
 LEARNERS = {
     "validation",
     "spectral",
