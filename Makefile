@@ -9,6 +9,7 @@ PROFILE ?= quick# or full: how much the chapters compute
 JOBS ?= 2# processes at a time
 PORT ?= 8000# of `make serve`
 LAB ?=# options of `make lab`, as --no-browser
+CHROMIUM ?= $(shell command -v chromium)# looks at the built book
 
 VENV := .venv
 BIN := $(VENV)/bin/python
@@ -18,10 +19,10 @@ NOTEBOOKS := $(wildcard book/*.ipynb)
 
 python_version = $(or $(shell "$(PYTHON)" -c 'import sys; print("%d.%d" % sys.version_info[:2])' 2>/dev/null),missing)
 
-.PHONY: help env book release pdf twice test lint serve lab hooks data results bench lock clean
+.PHONY: help env book release pdf twice test test-browser lint serve lab hooks data results bench lock clean
 
 help: ## list the targets
-	@awk -F ':.*## ' '/^[a-z]+:.*## / { printf "  make %-7s %s\n", $$1, $$2 }' Makefile
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' Makefile
 
 env: $(STAMP) ## make .venv, exactly the lock; every other target does so when needed
 
@@ -37,8 +38,13 @@ pdf: book ## print the book as one PDF; needs Chromium
 twice: $(STAMP) ## build the book again elsewhere and compare all bytes
 	@$(BIN) -m msc twice --profile $(PROFILE) --jobs $(JOBS)
 
-test: $(STAMP) ## run all tests
+test: $(STAMP) ## run all tests but those in a browser
 	@$(BIN) -m pytest
+	@echo "$(if $(CHROMIUM),Not run here:,There is no chromium on the PATH; left out:) \
+	the tests of the built book in a browser (make book test-browser)."
+
+test-browser: $(STAMP) ## look at the built book in Chromium: every page, slider, link
+	@CHROMIUM="$(CHROMIUM)" $(BIN) -m pytest tests/browser
 
 lint: $(STAMP) ## check style, types, docstrings, and that notebooks carry no outputs
 	@$(BIN) -m ruff check
