@@ -15,14 +15,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from msc.arm import Rollout
 from msc.dmp import DMP
-from msc.looks import COLOURS, GOAL, STYLE, TRIO
+from msc.looks import GOAL, STYLE, TRIO
 from msc.plots import draw_arm
 from msc.workspace import Workspace, chain
 
 DASHES = ("-", "--", "-.", ":")
 
 
-def plot_poses(world: Workspace, task_deg: float, n_poses: int = 7) -> Figure:
+def plot_poses(world: Workspace, task_deg: float, n_poses: int = 4) -> Figure:
     """Draw the arm's angles, and several poses that reach one goal.
 
     Parameters
@@ -31,7 +31,7 @@ def plot_poses(world: Workspace, task_deg: float, n_poses: int = 7) -> Figure:
         Whose arm.
     task_deg : float
         The task (degrees).
-    n_poses : int, default=7
+    n_poses : int, default=4
         How many headings of the last link are tried; each gives up to two poses.
 
     Returns
@@ -146,7 +146,10 @@ def plot_weights(
         for sign, text in ((1, "+"), (-1, "−")):
             end = dmp.path(sign * strength * units[0], *ends, times)[-1]
             plane.annotate(
-                f"{text}{strength:g}", end, (6 * sign, 5), textcoords="offset points",
+                f"{text}{strength:g}",
+                end,
+                (6 * sign, 5),
+                textcoords="offset points",
                 ha="left" if sign > 0 else "right",
             )
         still = dmp.path(np.zeros(dmp.n_params), *ends, times)
@@ -231,9 +234,8 @@ def _draw_angles(axis: Axes, world: Workspace) -> None:
         )
         axis.plot(*np.transpose([place, ahead]), color="0.3", lw=0.8, ls=":")
         ends = sorted((start, start + turn))
-        axis.add_patch(
-            Arc(place, 0.26, 0.26, theta1=ends[0], theta2=ends[1], color=TRIO[0], lw=1.5)
-        )
+        look: Any = {"theta1": ends[0], "theta2": ends[1], "color": TRIO[0]}
+        axis.add_patch(Arc(place, 0.26, 0.26, lw=1.5, **look))
         middle = np.deg2rad(start + turn / 2)
         at = place + 0.2 * np.array([np.cos(middle), np.sin(middle)])
         axis.text(*at, f"$q_{k + 1}$", color=TRIO[0], ha="center", va="center")

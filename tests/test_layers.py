@@ -63,6 +63,8 @@ ROW = [
     "plots_scrubber",
     "plots_arm",
     "plots_weights",
+    "plots_skill",
+    "plots_predicted",
     "plots_search",
     "plots_audit",
     "plots_movements",
