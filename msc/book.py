@@ -18,6 +18,7 @@ import yaml
 from msc.chapters import BookError, Chapter, run_chapters, run_tool
 from msc.claims_page import write_claims
 from msc.notebook import declared_parameters, read_notebook, write_notebook
+from msc.opening import write_opening
 
 PROFILES = ("quick", "full")
 
@@ -176,6 +177,7 @@ def _stage(root: Path, stage: Path, chapters: list[Chapter]) -> None:
     (stage / "book" / "_config.yml").write_text(yaml.safe_dump(config))
     shutil.copy(root / "_toc.yml", stage / "book")
     write_claims(root, stage / "book", {page.stem for page in pages(root)})
+    write_opening([chapter.notebook for chapter in chapters], stage / "book")
 
 
 def _render(stage: Path) -> Path:
