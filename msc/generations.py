@@ -42,7 +42,7 @@ class Recording:
     def evaluations(self) -> NDArray[np.intp]:
         """Rollouts spent after each generation, of shape (n_generations,)."""
         n_generations, n_policies = self.costs.shape
-        return n_policies * np.arange(1, n_generations + 1)
+        return np.arange(n_policies, n_policies * n_generations + 1, n_policies)
 
     @property
     def best_costs(self) -> NDArray[np.float64]:

@@ -1,7 +1,7 @@
-"""The drawing that opens the book: one that a chapter has made, shown on its first page.
+"""The drawing that opens the book: a chapter has made it, the first page shows it.
 
-The first page runs no code. It includes `opening.html`, which holds what the cell tagged
-`opening` showed.
+That page runs no code. It includes `opening.html`: what the cell tagged `opening` of
+some chapter showed.
 """
 
 from __future__ import annotations

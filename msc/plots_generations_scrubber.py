@@ -53,9 +53,9 @@ def scrub_generations(
         places[:, 0, -1, -1] - workspace.target(task_deg), axis=-1
     )
     captions = [
-        f"Generation {step + 1}, {run.evaluations[step]} rollouts so far. Nine policies "
-        f"cost {_cost(some[0])} to {_cost(some[-1])}; the cheapest ends "
-        f"{away:.2f} cm from the goal."
+        f"Generation {step + 1}, {run.evaluations[step]} rollouts so far. Its policies "
+        f"cost {_cost(some[0])} to {_cost(some[-1])}; the cheapest ends {away:.2f} cm "
+        "from the goal."
         for step, some, away in zip(steps, costs, missed, strict=True)
     ]
     return Scrubber(

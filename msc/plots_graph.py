@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -179,7 +180,7 @@ def edges(smce: SMCE) -> NDArray[np.intp]:
         Each pair once, the smaller index first.
     """
     upper = sp.triu(smce.affinity_matrix_, k=1).tocoo()
-    return np.c_[upper.row, upper.col].astype(np.intp)
+    return np.column_stack([upper.row, upper.col]).astype(np.intp)
 
 
 def _draw_points(
@@ -190,7 +191,7 @@ def _draw_points(
 ) -> None:
     """Draw points by label."""
     for label in np.unique(labels):
-        look = {"color": CHART_COLOURS[label % 6], "mec": "white", "mew": 0.3}
+        look: Any = {"color": CHART_COLOURS[label % 6], "mec": "white", "mew": 0.3}
         here = points[labels == label]
         axis.plot(*here.T, CHART_MARKERS[label % 6], ms=4, **look)
     axis.set(aspect=aspect)
