@@ -30,6 +30,7 @@ from msc.figures import (
     write_vectors,
 )
 from msc.notebook import declared_parameters, read_notebook, write_notebook
+from msc.opening import write_opening
 from msc.provenance import SECONDS, seconds_script, with_provenance
 from msc.reference import write_reference
 
@@ -229,6 +230,7 @@ def _stage(
     (book / "_config.yml").write_text(yaml.safe_dump(config))
     shutil.copy(root / "_toc.yml", book)
     write_claims(root, book, {page.stem for page in pages(root)})
+    write_opening([chapter.notebook for chapter in chapters], book)
     notebooks = [page for page in pages(root) if page.suffix == ".ipynb"]
     write_reference(root, stage, notebooks)
 

@@ -7,17 +7,17 @@ from typing import Any
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from msc.arm import Arm
 from msc.evaluation import Experiment
 from msc.looks import COLOURS, GOAL, STYLE
 from msc.plots import WEIGHT_LABELS, draw_world
-from msc.scrubber import Mark, Panel, Scrubber
+from msc.scrubber import Mark, Panel, Scrubber, choose_ticks
 from msc.workspace import chain
 
 FRAME = 3  # time steps from one picture of a film to the next: 20 pictures a second
+FLAT = 0.6  # height over width of the panels beside the arm
 WAYS: dict[str, dict[str, Any]] = {
     "searched": {"colour": COLOURS["searched"], "width": 6.0, "opacity": 0.55},
     "single regression": {"colour": COLOURS["single regression"], "width": 3.0},
@@ -131,10 +131,11 @@ def _weight_panel(
         (0, 360),
         (float(low - margin), float(high + margin)),
         marks,
+        aspect=FLAT,
         x_label="task angle (degrees)",
         y_label="policy weight " + WEIGHT_LABELS[weight].strip("$").translate(_PLAIN),
         x_ticks=(0, 90, 180, 270, 360),
-        y_ticks=_ticks(float(low), float(high)),
+        y_ticks=choose_ticks(float(low), float(high)),
     )
 
 
@@ -156,17 +157,12 @@ def _error_panel(degrees: NDArray[Any], error_cm: dict[str, NDArray[Any]]) -> Pa
         (0, 360),
         (0, float(top)),
         marks,
+        aspect=FLAT,
         x_label="task angle (degrees)",
         y_label="execution error (cm)",
         x_ticks=(0, 90, 180, 270, 360),
-        y_ticks=_ticks(0, float(top)),
+        y_ticks=choose_ticks(0, float(top)),
     )
-
-
-def _ticks(low: float, high: float) -> tuple[float, ...]:
-    """Choose a handful of round numbers."""
-    places = MaxNLocator(5).tick_values(low, high)
-    return tuple(float(f"{y:.6g}") for y in places if low <= y <= high)
 
 
 def _uprights(degrees: NDArray[Any]) -> list[list[list[float]]]:
