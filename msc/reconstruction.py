@@ -18,7 +18,9 @@ from msc.interior import minimize_programs
 Array = NDArray[np.float64]
 
 _CHUNK = 500  # points solved together; more are not faster, and take more memory
-_FEW = 100  # points; up to here cvxpy, which needs some hundredths of a second for so many
+_FEW = (
+    100  # points; up to here cvxpy, which needs some hundredths of a second for so many
+)
 _ZERO = 1e-10  # coefficients; the solver leaves about 1e-13 where the optimum has 0
 _COPY = 1e-10  # of the furthest neighbour's distance: nearer ones are the same point
 _TOLERANCES = {
