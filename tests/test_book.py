@@ -32,7 +32,11 @@ ROOT = Path(__file__).parents[1]
 CHAPTERS = sorted((ROOT / "book").glob("*.ipynb"))
 PARAMETERS = 'profile = "full"\nn = 3'
 COUNT = "with open('ran.txt', 'a') as log:\n    log.write('x')"
-DRAW = "import matplotlib.pyplot as plt\nplt.subplots(figsize=(3, 2))[0]"
+DRAW = """from matplotlib.figure import Figure
+
+figure = Figure(figsize=(3, 2))
+figure.subplots()
+figure"""
 
 
 def chapter(text, *codes):
