@@ -22,6 +22,7 @@ from msc.notebook import (
     read_notebook,
     source,
     tags,
+    with_outputs,
     write_notebook,
 )
 from msc.print_book import one_page, print_book, without_dates
@@ -253,6 +254,21 @@ def test_executed_chapter_tells_nothing_of_the_machine(repository):
     everything = json.dumps(notebook)
     assert str(repository) not in everything
     assert not re.search(r"\d\d:\d\d:\d\d", everything)
+
+
+def test_corners_of_a_table_are_no_headers():
+    empty = '<tr><th></th><th class="blank"></th><th>error</th></tr>'
+    plain = '<tr><td></td><td class="blank"></td><th>error</th></tr>'
+    written = chapter("# Table", "table")
+    run = chapter("# Table", "table")
+    data = {"text/html": [empty, "\n", empty], "text/plain": "<th></th>"}
+    kept = {"output_type": "display_data", "metadata": {}}
+    run["cells"][2]["outputs"] = [kept | {"data": data}, {"output_type": "stream"}]
+    table, stream = with_outputs(written, run)["cells"][2]["outputs"]
+    assert table["data"]["text/html"] == f"{plain}\n{plain}"
+    assert table["data"]["text/plain"] == "<th></th>"
+    assert table["output_type"] == "display_data"
+    assert stream == {"output_type": "stream"}
 
 
 def test_kernel_is_of_this_interpreter(repository, monkeypatch, tmp_path_factory):
