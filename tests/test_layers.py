@@ -63,6 +63,7 @@ ROW = [
     "plots_scrubber",
     "plots_arm",
     "plots_weights",
+    "plots_curves",
     "plots_skill",
     "plots_predicted",
     "plots_search",
