@@ -162,7 +162,9 @@ def test_rivals_stand_beside_one_another(trained):
     assert [axis.get_title() for axis in (left, right)] == list(learners)
     for chart in (0, 1):  # a curve, and the tasks trained on
         curve, dots = drawn(left, CHART_COLOURS[chart])
-        assert len(dots.get_xdata()) == 6
+        here = skill.charts_ == chart
+        where = np.c_[np.rad2deg(tasks[here, 0]), policies[here, 1]]
+        np.testing.assert_array_equal(dots.get_xydata(), where)
         assert len(curve.get_xdata()) > 300
     assert len(drawn(right, COLOURS["single regression"])) == 2
 
