@@ -23,8 +23,13 @@ from threadpoolctl import threadpool_limits
 
 import msc.dataset
 import msc.search
-from msc.plots_learners import learner_table, smce_table
-from msc.plots_search import growth_table, rollout_table, task_table
+from msc.cost_tables import (
+    growth_table,
+    learner_table,
+    rollout_table,
+    smce_table,
+    task_table,
+)
 from msc.tables import replace_file
 from msc.workspace import Workspace
 

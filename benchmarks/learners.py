@@ -6,7 +6,6 @@ memory is then that of the fit.
 
 import argparse
 import json
-import resource
 import subprocess
 import sys
 from collections.abc import Sequence
@@ -16,7 +15,7 @@ import cvxpy as cp
 import numpy as np
 from sklearn.neighbors import NearestNeighbors
 from threadpoolctl import threadpool_limits
-from timing import clock, interleave, spread
+from timing import clock, interleave, peak_mb, spread
 from tqdm import tqdm
 
 from msc.dataset import take_evenly
@@ -91,10 +90,10 @@ def fit_once(n_points: int) -> dict[str, Any]:
     """Fit SMCE once; tell the time, and the largest memory of this process."""
     X = sample_curves(n_points)
     SMCE(random_state=SEED).fit(X[:30])  # load everything first
-    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    before = peak_mb()
     with threadpool_limits(1):
         seconds = clock(lambda: SMCE(random_state=SEED).fit(X))
-    peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+    peak = peak_mb()
     return {
         "n_points": n_points,
         "seconds": seconds,

@@ -1,13 +1,11 @@
 """One rollout: in the search, in plain loops, in MuJoCo, and its physics alone."""
 
-import resource
-import sys
 from collections.abc import Callable
 
 import numpy as np
 from mujoco_arm import MujocoArm, rollout
 from naive import ArrayFollower, FloatFollower, PlainArm
-from timing import Spy, interleave, spread
+from timing import Spy, interleave, peak_mb, spread
 from tqdm import tqdm
 
 from msc.arm import N_STEPS, Arm
@@ -131,10 +129,10 @@ def measure_memory(workspace: Workspace, n_populations: int) -> dict[str, float]
     with Arm(workspace) as arm:
         for _ in range(max(5, n_populations // 10)):  # all caches filled
             arm.execute_many(policies, 120)
-        before = resident_mb()
+        before = peak_mb()
         for _ in tqdm(range(n_populations), desc="memory", unit="population"):
             arm.execute_many(policies, 120)
-        after = resident_mb()
+        after = peak_mb()
     return {
         "populations": n_populations,
         "rollouts": n_populations * POPULATION,
@@ -142,9 +140,3 @@ def measure_memory(workspace: Workspace, n_populations: int) -> dict[str, float]
         "after_mb": after,
         "growth_mb": after - before,
     }
-
-
-def resident_mb() -> float:
-    """Return the largest memory that the process has had so far (MB)."""
-    unit = 1 if sys.platform == "darwin" else 1024  # of bytes
-    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit / 1e6

@@ -1,8 +1,12 @@
 """Stopwatches: calls in turn, so that whatever else the machine does hits all alike."""
 
 import contextlib
+import re
+import resource
+import sys
 import time
 from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -34,6 +38,19 @@ def spread(values: np.ndarray) -> dict[str, float]:
     """Return the median over the rounds, and where the middle four fifths lie."""
     low, median, high = np.percentile(values, [10, 50, 90])
     return {"median": float(median), "low": float(low), "high": float(high)}
+
+
+def peak_mb() -> float:
+    """Return the largest memory that the process has had so far (MB).
+
+    Linux hands `ru_maxrss` down from the parent, so its own record is read there.
+    """
+    status = Path("/proc/self/status")
+    if status.exists():
+        (line,) = re.findall(r"VmHWM:\s+(\d+) kB", status.read_text())
+        return int(line) * 1024 / 1e6
+    unit = 1 if sys.platform == "darwin" else 1024  # of bytes
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit / 1e6
 
 
 class Spy(SimpleNamespace):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -190,3 +191,22 @@ class Arm:
         moving = follow_path(path, world.home, world.link_lengths)
         held = moving[:, -1:].repeat(N_SETTLING, axis=1)
         return np.concatenate([moving, held], axis=1)
+
+
+@lru_cache(maxsize=4)
+def kept_arm(workspace: Workspace, dmp: DMP | None = None) -> Arm:
+    """Return the arm that this process keeps for a world: building one takes time.
+
+    Parameters
+    ----------
+    workspace : Workspace
+        Where it stands.
+    dmp : DMP, optional
+        What a policy means; by default ``DMP()``.
+
+    Returns
+    -------
+    Arm
+        Not to be closed. What it does does not depend on what it did before.
+    """
+    return Arm(workspace, dmp=dmp)

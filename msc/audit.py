@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -13,9 +12,10 @@ from numpy.typing import ArrayLike
 
 from msc.arm import Arm
 from msc.bisection import bisect_jumps
+from msc.parallel import call_in_order
+from msc.results import provenance
 from msc.search import search_policy
-from msc.tables import checksum, find_data, load_dataset
-from msc.workers import call_in_order
+from msc.tables import load_dataset
 from msc.workspace import Workspace
 
 N_STARTS = 4  # of a search done again, none of them from a known policy
@@ -69,12 +69,13 @@ def audit_table(
         raise ValueError(f"seed={seed} made this table; wanted a fresh one")
     tasks = table["task_deg"].to_numpy()
     sample = np.random.default_rng(seed).choice(len(table), n_sample, replace=False)
+    command = f"msc audit data/{Path(path).name} --sample {n_sample} --seed {seed}"
     return {
         "table": Path(path).name,
-        "hash": checksum(Path(path)),
         "workspace": world.name,
         "n_tasks": len(table),
         "seed": seed,
+        "provenance": provenance(command, Path(path)),
         "executed": execute_again(world, table, policies),
         "searched": search_again(
             world,
@@ -166,37 +167,6 @@ def search_again(
         "n_cheaper": int(np.sum(np.array(changes) < -LOWER)),
         "n_starts": N_STARTS,
     }
-
-
-def load_audits(*names: str) -> list[dict[str, Any]]:
-    """Load what `msc audit` found of tables in the folder `data`.
-
-    Parameters
-    ----------
-    *names : str
-        Tables, as "free".
-
-    Returns
-    -------
-    list of dict
-        What `audit_table` returned.
-
-    Raises
-    ------
-    ValueError
-        If a table has not been audited since it was last made.
-    """
-    folder, audits = find_data(), []
-    for name in names:
-        table, file = folder / f"{name}.csv", folder / "results" / f"audit_{name}.json"
-        found = json.loads(file.read_text()) if file.is_file() else {}
-        if found.get("hash") != checksum(table):
-            raise ValueError(
-                f"{file.name} is not of this {table.name}; remake it: msc audit "
-                f"data/{table.name} --out data/results/{file.name}"
-            )
-        audits.append(found)
-    return audits
 
 
 def summarise(*audits: dict[str, Any]) -> pd.DataFrame:

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from msc.jumps import find_jumps
+from msc.parallel import call_in_order
 from msc.search import search_policy
-from msc.workers import call_in_order
 from msc.workspace import Workspace
 
 FINEST_DEG = 1 / 8  # to which a jump is bisected

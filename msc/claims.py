@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
@@ -11,21 +10,12 @@ import pandas as pd
 
 from msc.claim_file import Claim, load_claims
 from msc.effects import Effect
-from msc.tables import checksum, find_data
+from msc.results import read_result
+from msc.tables import find_data
 from msc.verdicts import Verdict, judge
 
 CLAIMS = "book/claims.yml"
 VERDICTS = "data/results/claims.json"
-
-# What makes the result files whose names begin so.
-_COMMANDS = {
-    "study": "msc evaluate --profile full",
-    "elbow": "msc evaluate --profile full",
-    "audit": "msc audit data/{world}.csv --out {name}",
-    "results": "make bench",
-    "free": "make data",
-    "obstacles": "make data",
-}
 
 
 def judge_all(root: Path) -> list[Verdict]:
@@ -110,18 +100,10 @@ def load_results(claims: Iterable[Claim], root: Path) -> dict[str, Any]:
     results: dict[str, Any] = {}
     for claim in claims:
         for name in sorted(claim.files - set(results)):
-            path = root / name
-            if not path.is_file():
-                kind, _, world = path.stem.partition("_")
-                command = _COMMANDS[kind].format(world=world, name=name)
-                raise ValueError(
-                    f"claim {claim.id!r}: {name} is not there; make it: {command}"
-                )
-            if path.suffix == ".csv":
-                results[name] = pd.read_csv(path)
-            else:
-                results[name] = json.loads(path.read_text(encoding="utf-8"))
-                _refuse_stale(name, results[name], root / "data")
+            try:
+                results[name] = read_result(root / name, root / "data")
+            except ValueError as error:
+                raise ValueError(f"claim {claim.id!r}: {error}") from None
     return results
 
 
@@ -188,13 +170,3 @@ def _rounded(effect: Effect | None) -> dict[str, float | None]:
         name: None if number is None else float(f"{number:.6g}")
         for name, number in zip(("value", "low", "high"), numbers, strict=True)
     }
-
-
-def _refuse_stale(name: str, content: Any, data: Path) -> None:
-    """Refuse a result file that was made from other tables than are there."""
-    made_from = dict(content.get("provenance", {}).get("data", {}))
-    if "hash" in content:
-        made_from[content["table"]] = content["hash"]
-    for table, digest in made_from.items():
-        if checksum(data / table) != digest:
-            raise ValueError(f"{name} was made from another {table}; make it anew")

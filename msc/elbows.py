@@ -9,19 +9,18 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Mapping
+from functools import partial
 from typing import Any
 
 import numpy as np
-from joblib import Parallel, delayed
 from numpy.typing import ArrayLike, NDArray
 from sklearn.cluster import KMeans
 from sklearn.model_selection import KFold
 from sklearn.neighbors import KNeighborsClassifier
 from sklearn.utils import check_X_y
-from threadpoolctl import threadpool_limits
-from tqdm import tqdm
 
 from msc.gaussian import gaussian_process
+from msc.parallel import call_in_order
 from msc.smce import SMCE
 from msc.spectral import (
     cluster_each,
@@ -185,11 +184,12 @@ def measure_elbows(
     rng = np.random.default_rng(seed)
     parts = [np.arange(len(X))]
     parts += [np.sort(rng.permutation(len(X))[:size]) for _ in range(n_resamples)]
-    found = Parallel(n_jobs=jobs, return_as="generator")(
-        delayed(_read_alone)(X[part], y[part], max_charts, seed) for part in parts
-    )
-    whole, *resampled = tqdm(
-        found, desc="elbows", total=len(parts), disable=not progress
+    whole, *resampled = call_in_order(
+        partial(read_elbows, max_charts=max_charts, seed=seed),
+        [(X[part], y[part]) for part in parts],
+        jobs=jobs,
+        label="elbows",
+        progress=progress,
     )
     return {
         "n_samples": len(X),
@@ -277,12 +277,6 @@ def _check(tasks: ArrayLike, policies: ArrayLike, **least: int) -> tuple[Array, 
         tasks, policies, dtype=np.float64, multi_output=True, ensure_min_samples=3
     )
     return X, y.astype(np.float64).reshape(len(X), -1)
-
-
-def _read_alone(X: Array, y: Array, max_charts: int, seed: int) -> dict[str, Any]:
-    """Read with one thread, whatever the number of workers."""
-    with threadpool_limits(1):
-        return read_elbows(X, y, max_charts=max_charts, seed=seed)
 
 
 def _cut(policies: Array, n_counts: int, seed: int) -> tuple[Any, Array, list[Charts]]:

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 import pandas as pd
 from numpy.typing import ArrayLike
 
-from msc.arm import Arm
+from msc.arm import kept_arm
 from msc.search import cost
 from msc.workspace import Workspace
 
@@ -41,7 +39,7 @@ def execute_policies(
     >>> bool((done["error_cm"] > 1).all()), done["touched"].tolist()
     (True, [False, False])
     """
-    rollouts = _arm(workspace).execute_many(policies, table["task_deg"].tolist())
+    rollouts = kept_arm(workspace).execute_many(policies, table["task_deg"].tolist())
     return pd.DataFrame(
         {
             "task_deg": table["task_deg"].to_numpy(),
@@ -81,9 +79,3 @@ def summarise_execution(executed: pd.DataFrame) -> pd.DataFrame:
             "share that touched": groups["touched"].mean(),
         }
     )
-
-
-@lru_cache(maxsize=2)
-def _arm(workspace: Workspace) -> Arm:
-    """Keep one simulated arm per process and world."""
-    return Arm(workspace)

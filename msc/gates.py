@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from itertools import groupby
 from typing import Any
 
 import numpy as np
@@ -73,3 +75,45 @@ def compare_gates(
         "accuracy": accuracy,
         "best": max(accuracy, key=lambda name: accuracy[name]),
     }
+
+
+def average_gates(compared: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Average the gates' accuracy over training sets of the same size.
+
+    Parameters
+    ----------
+    compared : iterable of dict
+        What `compare_gates` returned, sets of one size after one another.
+
+    Returns
+    -------
+    list of dict
+        One a size: ``"n_samples"``, ``"n_charts"``, ``"repetitions"``, the mean
+        ``"accuracy"`` of each gate, and how often each was ``"best"``.
+
+    Examples
+    --------
+    >>> found = {"n_samples": 9, "n_charts": 2, "best": "svm"}
+    >>> found["accuracy"] = {"nearest": 0.5, "svm": 0.75}
+    >>> average_gates([found, found])[0]["best"]
+    {'nearest': 0, 'svm': 2}
+    """
+    averages = []
+    for n_samples, group in groupby(compared, key=lambda one: one["n_samples"]):
+        sets = list(group)
+        names = list(sets[0]["accuracy"])
+        averages.append(
+            {
+                "n_samples": n_samples,
+                "n_charts": sets[0]["n_charts"],
+                "repetitions": len(sets),
+                "accuracy": {
+                    name: float(np.mean([one["accuracy"][name] for one in sets]))
+                    for name in names
+                },
+                "best": {
+                    name: sum(one["best"] == name for one in sets) for name in names
+                },
+            }
+        )
+    return averages

@@ -5,9 +5,7 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -19,53 +17,19 @@ from matplotlib.ticker import PercentFormatter
 
 from msc.elbows import READINGS, most_picked
 from msc.plots import COLOURS, STYLE
-from msc.tables import find_data
 
 PAPER = 4  # charts, in either workspace
 
-_Elbows = Mapping[str, Mapping[str, Any]]
+_Measured = Mapping[str, Any]
 
 
-def load_elbows(folder: str | Path | None = None) -> dict[str, dict[str, Any]]:
-    """Load what `measure_elbows` found in both workspaces.
-
-    Parameters
-    ----------
-    folder : str or Path, optional
-        Where ``elbow_free.json`` and ``elbow_obstacles.json`` are; by default
-        ``data/results``.
-
-    Returns
-    -------
-    dict
-        The measurements by the workspace's name.
-
-    Raises
-    ------
-    ValueError
-        If a file is missing or holds something else.
-    """
-    where = Path(folder or find_data() / "results")
-    found = {}
-    for world in ("free", "obstacles"):
-        file = where / f"elbow_{world}.json"
-        if not file.is_file():
-            raise ValueError(f"{file} is not there; `msc evaluate` writes it")
-        found[world] = dict(json.loads(file.read_text(encoding="utf-8")))
-        missing = set(READINGS) - set(found[world].get("readings", ()))
-        if missing:
-            names = ", ".join(sorted(missing))
-            raise ValueError(f"{file} lacks {names}; `msc evaluate` renews it")
-    return found
-
-
-def elbow_table(elbows: _Elbows, count: int = PAPER) -> pd.DataFrame:
+def elbow_table(*elbows: _Measured, count: int = PAPER) -> pd.DataFrame:
     """List which number of charts every reading picks, and how firmly.
 
     Parameters
     ----------
-    elbows : mapping
-        What `load_elbows` gives.
+    *elbows : dict
+        What `msc evaluate` wrote, one a workspace.
     count : int, default=4
         The number whose share is told.
 
@@ -77,8 +41,9 @@ def elbow_table(elbows: _Elbows, count: int = PAPER) -> pd.DataFrame:
         the share of that, the last number considered excepted.
     """
     columns: dict[tuple[str, str], list[str]] = {}
-    for world, measured in elbows.items():
+    for measured in elbows:
         readings, n_parts = measured["readings"], measured["n_resamples"]
+        world = measured["workspace"]
         most = [most_picked(measured, name) for name in READINGS]
         times = [readings[name]["resampled"].get(f"{count}", 0) for name in READINGS]
         columns[world, "picks"] = [f"{readings[name]['picked']}" for name in READINGS]
@@ -87,13 +52,13 @@ def elbow_table(elbows: _Elbows, count: int = PAPER) -> pd.DataFrame:
     return pd.DataFrame(columns, index=list(READINGS.values()))
 
 
-def plot_elbows(elbows: _Elbows) -> Figure:
+def plot_elbows(*elbows: _Measured) -> Figure:
     """Draw the curves that an elbow may be read from, and what is picked.
 
     Parameters
     ----------
-    elbows : mapping
-        What `load_elbows` gives.
+    *elbows : dict
+        What `msc evaluate` wrote, one a workspace.
 
     Returns
     -------
@@ -111,16 +76,44 @@ def plot_elbows(elbows: _Elbows) -> Figure:
             sharey=True,
             squeeze=False,
         )
-        for column, (world, measured) in zip(axes.T, elbows.items(), strict=True):
+        for column, measured in zip(axes.T, elbows, strict=True):
             for axis, (name, label) in zip(column, READINGS.items(), strict=True):
                 _draw_reading(axis, measured["readings"][name])
                 axis.set_title(label, loc="left", fontsize=8)
-            column[0].set_title(world, loc="right", fontweight="bold")
+            column[0].set_title(measured["workspace"], loc="right", fontweight="bold")
             column[-1].set_xlabel("charts")
         axes[0, -1].legend(fontsize=7, loc="upper right", bbox_to_anchor=(1, 0.95))
         figure.supylabel("share of the parts; curve, scaled", fontsize=9)
     plt.close(figure)
     return figure
+
+
+def gate_table(*elbows: _Measured) -> pd.DataFrame:
+    """Show how often each gate tells a held-out task's chart.
+
+    Parameters
+    ----------
+    *elbows : dict
+        What `msc evaluate` wrote, one a workspace.
+
+    Returns
+    -------
+    DataFrame
+        One row a workspace and number of training tasks: the number of training sets,
+        and for each gate its mean accuracy and on how many sets it is the best, ties
+        going to the first.
+    """
+    rows = {}
+    for measured in elbows:
+        for found in measured["gates"]:
+            accuracy, best = found["accuracy"], found["best"]
+            rows[measured["workspace"], found["n_samples"]] = {
+                "training sets": found["repetitions"],
+                **{name: f"{accuracy[name]:.2f} ({best[name]})" for name in accuracy},
+            }
+    table = pd.DataFrame.from_dict(rows, orient="index")
+    table.index = pd.MultiIndex.from_tuples(rows, names=["world", "training tasks"])
+    return table
 
 
 def _draw_reading(axis: Axes, reading: Mapping[str, Any]) -> None:

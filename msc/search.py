@@ -7,13 +7,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 
 import cma
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from msc.arm import Arm, Rollout
+from msc.arm import Rollout, kept_arm
 from msc.dmp import DMP, check_policies
 from msc.workspace import Workspace, chain
 
@@ -186,7 +185,7 @@ def search_policy(
     given = [check_policies(policy, dmp.n_params) for policy in start_policies]
     if not np.isfinite(task_deg):
         raise ValueError(f"task_deg={task_deg}; wanted a finite angle")
-    arm = _arm(workspace, dmp)
+    arm = kept_arm(workspace, dmp)
 
     def costs(policies: NDArray[np.float64]) -> list[float]:
         return [cost(rollout) for rollout in arm.execute_many(policies, task_deg)]
@@ -354,9 +353,3 @@ def minimise(
             if strategy.countevals >= PATIENCE and best > 2 * paid.min():
                 break
     return Start(name, policy, float(best), strategy.countevals, joined)
-
-
-@lru_cache(maxsize=4)
-def _arm(workspace: Workspace, dmp: DMP) -> Arm:
-    """Keep one simulated arm per process, world and DMP."""
-    return Arm(workspace, dmp=dmp)

@@ -38,6 +38,7 @@ from __future__ import annotations
 
 import json
 import re
+from functools import partial
 from importlib import metadata
 from typing import Any
 
@@ -47,11 +48,14 @@ from numpy.typing import NDArray
 
 from msc.cells import Errors, measure, summarise_trials
 from msc.elbows import measure_elbows
-from msc.plan import N_CHARTS, PROFILES, list_groups
-from msc.sampling import task_density
-from msc.tables import checksum, find_data, load_dataset
+from msc.gates import average_gates, compare_gates
+from msc.parallel import call_in_order
+from msc.plan import N_CHARTS, PROFILES, Profile, list_groups
+from msc.results import provenance
+from msc.sampling import draw_samples, task_density
+from msc.smce import SMCE
+from msc.tables import find_data, load_dataset
 from msc.trial import Trial
-from msc.workers import call_in_order
 
 WORLDS = ("free", "obstacles")
 _PACKAGES = ("numpy", "scikit-learn", "cvxpy", "pybullet")
@@ -90,9 +94,7 @@ def run_study(
     ValueError
         If the workspace or the profile is another, or its data are unusable.
     """
-    if profile not in PROFILES:
-        raise ValueError(f"profile={profile!r}; wanted one of {tuple(PROFILES)}")
-    plan = PROFILES[profile]
+    plan = _plan(profile)
     tasks = load_dataset(name)[0]
     test_tasks, _, test_table = load_dataset(f"{name}_test")
     weights = pd.Series(task_density(test_tasks[:, 0]), index=test_table["task_deg"])
@@ -132,7 +134,7 @@ def run_elbows(
     jobs: int = 1,
     progress: bool = False,
 ) -> dict[str, Any]:
-    """Count the charts that the elbow picks in a workspace, by every curve.
+    """Count the charts that each elbow picks, and tell how well each gate finds them.
 
     Parameters
     ----------
@@ -150,18 +152,38 @@ def run_elbows(
     Returns
     -------
     dict
-        What `msc.elbows.measure_elbows` found, and what it rests on.
+        What `msc.elbows.measure_elbows` found, what it rests on, and under ``"gates"``
+        what `msc.gates.average_gates` gave, on the evenly spaced sets of the sweep.
+
+    Raises
+    ------
+    ValueError
+        If the workspace or the profile is another, or its data are unusable.
     """
+    plan = _plan(profile)
     tasks, policies, _ = load_dataset(name)
     found = measure_elbows(
         tasks,
         policies,
-        n_resamples=PROFILES[profile].n_elbows,
+        n_resamples=plan.n_elbows,
         seed=seed,
         jobs=jobs,
         progress=progress,
     )
-    return {**_head(name, profile, seed), **found}
+    n_draws = plan.sweep_repetitions
+    sets = [
+        chosen
+        for size in plan.sweep_sizes
+        for chosen in draw_samples("even", tasks, size, n_draws=n_draws, seed=seed)
+    ]
+    gates = call_in_order(
+        partial(compare_gates, charts=SMCE(N_CHARTS), seed=seed),
+        [(tasks[chosen], policies[chosen]) for chosen in sets],
+        jobs=jobs,
+        label=f"gates, {name}",
+        progress=progress,
+    )
+    return {**_head(name, profile, seed), **found, "gates": average_gates(gates)}
 
 
 def format_study(found: dict[str, Any]) -> str:
@@ -200,6 +222,13 @@ def _join_lines(found: re.Match[str]) -> str:
     return f"{line[0]}{line[1:-1].strip()}{line[-1]}"
 
 
+def _plan(profile: str) -> Profile:
+    """Look up how much to do."""
+    if profile not in PROFILES:
+        raise ValueError(f"profile={profile!r}; wanted one of {tuple(PROFILES)}")
+    return PROFILES[profile]
+
+
 def _try(
     name: str,
     chosen: NDArray[np.intp],
@@ -213,11 +242,9 @@ def _try(
 
 def _head(name: str, profile: str, seed: int, **more: Any) -> dict[str, Any]:
     """Say what was measured, by which command, of which data."""
-    tables = (f"{name}.csv", f"{name}_test.csv")
-    provenance = {
-        "command": f"msc evaluate --profile {profile} --seed {seed}",
-        "data": {table: checksum(find_data() / table) for table in tables},
-        "versions": {package: metadata.version(package) for package in _PACKAGES},
-    }
+    tables = (find_data() / f"{table}.csv" for table in (name, f"{name}_test"))
+    command = f"msc evaluate --profile {profile} --seed {seed}"
+    versions = {package: metadata.version(package) for package in _PACKAGES}
+    rests_on = {**provenance(command, *tables), "versions": versions}
     head = {"workspace": name, "profile": profile, "seed": seed, **more}
-    return {**head, "provenance": provenance}
+    return {**head, "provenance": rests_on}

@@ -2,50 +2,16 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from typing import Any
 
 import pandas as pd
 
 from msc.comparison import Comparison
-from msc.tables import checksum, find_data
 
 WORLDS = {"free": "without obstacles", "obstacles": "with obstacles"}
 SIGNS = {"lower": "●", "undecided": "○", "higher": "✕"}  # of the charts' error
 BASELINES = ("single regression", "CrKr", "nearest neighbour")
-
-
-def load_studies(*names: str) -> list[dict[str, Any]]:
-    """Load what `msc evaluate` found of workspaces.
-
-    Parameters
-    ----------
-    *names : {"free", "obstacles"}
-        Workspaces.
-
-    Returns
-    -------
-    list of dict
-        One study each, see `msc.study`.
-
-    Raises
-    ------
-    ValueError
-        If a workspace was not studied since its tables were last made.
-    """
-    folder, studies = find_data(), []
-    for name in names:
-        file = folder / "results" / f"study_{name}.json"
-        found = json.loads(file.read_text()) if file.is_file() else {"provenance": {}}
-        used = found["provenance"].get("data", {})
-        if not used or any(checksum(folder / one) != used[one] for one in used):
-            raise ValueError(
-                f"{file.name} is not of the tables in {folder.name}/; remake it: "
-                "msc evaluate --profile full"
-            )
-        studies.append(found)
-    return studies
 
 
 def compare_cells(study: dict[str, Any], design: str = "even") -> pd.DataFrame:

@@ -1,15 +1,13 @@
-import json
-
 import numpy as np
 import pytest
 
 import msc.audit
 import msc.bisection
-from msc.audit import audit_table, list_jumps, load_audits, summarise
+from msc.audit import audit_table, list_jumps, summarise
 from msc.bisection import bisect, bisect_jumps
 from msc.dataset import Plan, grid, search_tasks
 from msc.search import SearchResult
-from msc.tables import checksum, save_table
+from msc.tables import save_table
 from msc.workspace import Workspace
 
 free = Workspace.free()
@@ -126,18 +124,6 @@ def test_an_audit_is_summarised(table, searches):
     assert summary["cheaper by more than 0.5 %"] == 3
     assert summary["largest gain (%)"] == 100
     assert len(list_jumps(audit)) == summary["large steps, the cut's included"]
-
-
-def test_an_audit_of_another_table_is_refused(table, monkeypatch):
-    folder = table.parent
-    monkeypatch.setattr(msc.audit, "find_data", lambda: folder)
-    (folder / "results").mkdir(exist_ok=True)
-    file = folder / "results" / "audit_free.json"
-    file.write_text(json.dumps({"hash": checksum(table), "n_tasks": 4}))
-    assert load_audits("free")[0]["n_tasks"] == 4
-    file.write_text(json.dumps({"hash": "sha256:0"}))
-    with pytest.raises(ValueError, match=r"remake it: msc audit data/free\.csv"):
-        load_audits("free")
 
 
 # Bad input

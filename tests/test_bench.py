@@ -8,14 +8,15 @@ from pathlib import Path
 
 import pytest
 
-from msc.plots_learners import learner_table, smce_table
-from msc.plots_search import (
+from msc.cost_tables import (
     growth_table,
+    learner_table,
     load_costs,
-    plot_costs,
     rollout_table,
+    smce_table,
     task_table,
 )
+from msc.plots_costs import plot_costs
 from msc.tables import load_dataset
 
 BENCH = Path(__file__).parents[1] / "benchmarks" / "bench.py"
@@ -79,7 +80,7 @@ def test_smce_one_by_one_finds_the_same_optima(run):
 def test_committed_smce_is_fast_enough():
     learners = load_costs()["learners"]
     assert learners["smce"]["n_points"] == 360
-    assert learners["smce"]["one_by_one_over_fit"]["median"] > 5
+    assert learners["smce"]["one_by_one_over_fit"]["median"] > 15
     largest = learners["fits"][-1]
     assert largest["n_points"] == 10_000
     assert largest["seconds"] < 120

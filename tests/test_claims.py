@@ -359,7 +359,7 @@ def test_a_missing_result_file_names_the_claim_and_the_command(repository, capsy
     (repository / STUDY).unlink()
     assert main(["claims"]) == 2
     assert capsys.readouterr().err == (
-        f"msc: error: claim 'lower': {STUDY} is not there; "
+        "msc: error: claim 'lower': study_free.json is not there; "
         "make it: msc evaluate --profile full\n"
     )
 
@@ -372,9 +372,7 @@ def test_results_of_other_tables_are_refused(repository):
     (repository / STUDY).write_text(json.dumps(study(mse={24: LOW}) | provenance))
     assert STUDY in load_results(claims, repository)
     table.write_text("a\n2\n")
-    with pytest.raises(
-        ValueError, match=r"study_free\.json was made from another free"
-    ):
+    with pytest.raises(ValueError, match=r"study_free\.json rests on another free"):
         load_results(claims, repository)
 
 

@@ -8,7 +8,7 @@ from sklearn.base import BaseEstimator, ClusterMixin
 from sklearn.model_selection import KFold, cross_val_score
 from sklearn.neighbors import KNeighborsClassifier
 
-from msc.gates import compare_gates
+from msc.gates import average_gates, compare_gates
 from msc.skill import _GATES
 
 tasks = np.linspace(0, 2 * np.pi, 40, endpoint=False)[:, None]
@@ -78,3 +78,15 @@ def test_data_out_of_range():
         compare_gates(tasks, policies[:-1])
     with pytest.raises(ValueError, match="Input y contains NaN"):
         compare_gates(tasks[:2], [[np.nan], [1.0]])
+
+
+def test_sets_of_one_size_are_averaged_apart_from_others():
+    right = np.arange(40) // 20
+    sets = [compare(right), compare(right[::-1]), compare(right, n_splits=5)]
+    sets[2]["n_samples"] = 50
+    small, large = average_gates(sets)
+    assert (small["n_samples"], small["repetitions"]) == (40, 2)
+    assert (large["n_samples"], large["repetitions"]) == (50, 1)
+    mean = np.mean([one["accuracy"]["svm"] for one in sets[:2]])
+    assert small["accuracy"]["svm"] == mean
+    assert sum(small["best"].values()) == 2

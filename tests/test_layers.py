@@ -10,6 +10,7 @@ from msc.journal import _CODE
 PACKAGE = Path(__file__).parents[1] / "msc"
 
 ROW = [
+    "parallel",
     "workspace",
     "dmp",
     "kinematics",
@@ -25,6 +26,7 @@ ROW = [
     "journal",
     "workers",
     "tables",
+    "results",
     "dataset",
     "jumps",
     "survey",
@@ -59,6 +61,7 @@ ROW = [
     "claims_page",
     "plots",
     "study_tables",
+    "cost_tables",
     "plots_study",
     "scrubber",
     "plots_scrubber",
@@ -66,11 +69,10 @@ ROW = [
     "plots_generations_scrubber",
     "plots_graph",
     "plots_graph_scrubber",
-    "plots_search",
+    "plots_costs",
     "plots_audit",
     "plots_movements",
     "plots_charts",
-    "plots_learners",
     "notebook",
     "opening",
     "chapters",
@@ -78,7 +80,7 @@ ROW = [
     "cli_search",
     "cli",
 ]
-ROBOT = set(ROW[: ROW.index("validation")]) - {"tables", "jumps"}
+ROBOT = set(ROW[: ROW.index("validation")]) - {"tables", "jumps", "parallel"}
 LEARNERS = {
     "validation",
     "spectral",

@@ -6,7 +6,7 @@ import scipy.sparse as sp
 
 import msc.spectral
 from msc.smce import SMCE
-from msc.spectral import laplacian_eigen, unit_rows
+from msc.spectral import cluster_rows, laplacian_eigen, unit_rows
 
 
 def lines(*sizes):
@@ -79,3 +79,14 @@ def test_thousands_of_points_of_four_pieces():
     model = SMCE(4, n_neighbors=12, max_clusters=4, random_state=0).fit(X)
     np.testing.assert_array_equal(model.labels_, piece)
     assert model.eigenvalues_.shape == (4,)
+
+
+@pytest.mark.parametrize("size", [2, 3])
+def test_rounding_decides_nothing_for_a_component_without_a_start(size):
+    _, vectors = laplacian_eigen(graph(120, size), 4, seed=0)
+    rows, rng = unit_rows(vectors), np.random.default_rng(0)
+    expected = [cluster_rows(rows, seed) for seed in range(5)]
+    for _ in range(5):
+        shaken = rows + 1e-12 * rng.standard_normal(rows.shape)
+        for seed, labels in enumerate(expected):
+            np.testing.assert_array_equal(cluster_rows(shaken, seed), labels)

@@ -1,10 +1,7 @@
-import json
-
 import pytest
 
 from msc.plots_study import plot_sample_sizes, plot_sweep
-from msc.study_tables import compare_cells, gate_shares, load_studies, ratio_table
-from msc.tables import checksum
+from msc.study_tables import compare_cells, gate_shares, ratio_table
 
 BASELINES = {"single regression": 2.0, "CrKr": 1.0, "nearest neighbour": 0.5}
 
@@ -67,35 +64,6 @@ def test_what_a_known_chart_does_not_explain_is_the_gate_s():
     shares = gate_shares(free, obstacles)["with obstacles"]
     assert shares["the gate's share (%)"].tolist() == pytest.approx([75, 75, 75])
     assert shares.iloc[0, 0] == pytest.approx(0.25 / 8)
-
-
-@pytest.fixture
-def folder(tmp_path, monkeypatch):
-    results = tmp_path / "data" / "results"
-    results.mkdir(parents=True)
-    (tmp_path / "data" / "datapackage.json").write_text("{}")
-    (tmp_path / "data" / "free.csv").write_text("1,2\n")
-    digest = {"free.csv": checksum(tmp_path / "data" / "free.csv")}
-    made = {**free, "provenance": {"data": digest}}
-    (results / "study_free.json").write_text(json.dumps(made))
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
-
-
-def test_a_study_is_loaded_as_it_was_written(folder):
-    (found,) = load_studies("free")
-    assert found["cells"] == free["cells"]
-
-
-def test_a_study_of_other_tables_is_refused(folder):
-    (folder / "data" / "free.csv").write_text("1,3\n")
-    with pytest.raises(ValueError, match=r"study_free\.json is not of the tables"):
-        load_studies("free")
-
-
-def test_a_study_that_is_missing_is_named(folder):
-    with pytest.raises(ValueError, match=r"study_obstacles\.json .* msc evaluate"):
-        load_studies("obstacles")
 
 
 def signs(axis):

@@ -1,4 +1,4 @@
-"""What rollouts, searches and predictions cost: the benchmark's file, tables, figure.
+"""What rollouts, searches, fits and predictions cost: the benchmark's file as tables.
 
 `make bench` writes ``benchmarks/results.json``. All that the book says of speed is read
 from there by the functions below.
@@ -11,13 +11,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import matplotlib.pyplot as plt
-import numpy as np
 import pandas as pd
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
-from msc.plots import STYLE
 from msc.tables import find_data
 
 LIMIT = 2.0  # what a rollout may cost, in units of its bare physics
@@ -31,18 +26,6 @@ _RATIOS = {
     "speedup_over_naive": "NumPy loop / rollout",
     "speedup_over_floats": "float loop / rollout",
     "rollout_over_mujoco": "rollout / MuJoCo's, open loop",
-}
-_WAYS = {
-    "mujoco": "MuJoCo, open loop",
-    "raw_steps": "raw steps",
-    "own_steps": "own steps",
-    "search": "rollout in the search",
-    "floats": "loop, floats",
-    "naive": "loop, NumPy",
-}
-_LOOKS: dict[str, Any] = {
-    "free": {"color": "#0072B2", "marker": "o"},
-    "obstacles": {"color": "#D55E00", "marker": "s"},
 }
 _Figures = Mapping[str, Any]
 
@@ -201,115 +184,63 @@ def data_table(figures: _Figures, tables: Mapping[str, pd.DataFrame]) -> pd.Data
     return pd.DataFrame(columns)
 
 
-def plot_costs(
-    figures: _Figures, tables: Mapping[str, pd.DataFrame] | None = None
-) -> Figure:
-    """Draw what a rollout costs, and how a task's search shrinks among others.
+def smce_table(figures: _Figures) -> pd.DataFrame:
+    """List what a fit of SMCE costs, over the number of points.
 
     Parameters
     ----------
     figures : mapping
         What `load_costs` gives.
-    tables : mapping from str to DataFrame, optional
-        Searched policies of whole worlds, as `load_dataset` gives them.
 
     Returns
     -------
-    Figure
-        Left every way to do a rollout in units of its raw steps; right the rollouts
-        that a task takes over the number of tasks searched together.
+    DataFrame
+        One row a number of points, each fitted in a process of its own on one core.
     """
-    with plt.rc_context(STYLE):
-        figure, (ways, growth) = plt.subplots(
-            1, 2, figsize=(7.4, 3.0), width_ratios=(1.15, 1)
-        )
-        _draw_ways(ways, figures)
-        _draw_growth(growth, figures, tables or {})
-    plt.close(figure)
-    return figure
-
-
-def _draw_ways(axis: Axes, figures: _Figures) -> None:
-    """Draw the times of a rollout, medians and the middle four fifths of rounds."""
-    worlds = figures["rollouts"]
-    ways = [
-        way
-        for way in reversed(_WAYS)
-        if all(measured["milliseconds"][way] for measured in worlds.values())
-    ]
-    for number, (world, measured) in enumerate(worlds.items()):
-        times = [measured["milliseconds"][way] for way in ways]
-        low, middle, high = (
-            np.array([time[key] for time in times]) for key in ("low", "median", "high")
-        )
-        raw = measured["milliseconds"]["raw_steps"]["median"]
-        axis.errorbar(
-            middle / raw,
-            np.arange(len(ways)) + 0.24 * (0.5 - number),
-            xerr=np.array([middle - low, high - middle]) / raw,
-            ls="",
-            ms=5,
-            mec="white",
-            mew=0.5,
-            elinewidth=1.2,
-            label=world,
-            **_LOOKS[world],
-        )
-    axis.axvline(LIMIT, color="0.3", lw=1, ls="--")
-    axis.text(LIMIT, -0.4, f" {LIMIT:g} ×", fontsize=8, va="bottom")
-    axis.set_xscale("log")
-    ticks = [tick for tick in (0.5, 1, 2, 5, 10, 20, 50) if _within(tick, axis)]
-    axis.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
-    axis.set_xticks([], minor=True)
-    axis.set_yticks(range(len(ways)), [_WAYS[way] for way in ways])
-    axis.set(ylim=(-0.5, len(ways) - 0.5), xlabel="time, in units of raw steps")
-    axis.set_title("one rollout", loc="left")
-    axis.legend(loc="upper right")
-
-
-def _draw_growth(
-    axis: Axes, figures: _Figures, tables: Mapping[str, pd.DataFrame]
-) -> None:
-    """Draw rollouts per task: alone, in the benchmark's circles, in the tables."""
-    growth = figures["growth"]
-    runs = sorted(
-        {(run["n_tasks"], run["evaluations_per_task"]) for run in growth["runs"]}
+    fits = pd.DataFrame(figures["learners"]["fits"])
+    shown = pd.DataFrame(
+        {
+            "seconds": fits["seconds"],
+            "ms a point": 1000 * fits["seconds"] / fits["n_points"],
+            "MB, at most": fits["peak_mb"],
+            "MB before": fits["before_mb"],
+        }
     )
-    look = _LOOKS[growth["workspace"]]
-    axis.plot(*np.transpose(runs), ms=5, label=f"{growth['workspace']}, bench", **look)
-    for world, searched in figures["searches"].items():
-        axis.plot(
-            1,
-            searched["evaluations_per_task"],
-            ls="",
-            mfc="none",
-            label=f"{world}, alone",
-            **_LOOKS[world],
-        )
-    for world, table in tables.items():
-        axis.plot(
-            len(table),
-            table["evaluations"].mean(),
-            ls="",
-            ms=8,
-            mec="black",
-            label=f"{world}, data/",
-            **_LOOKS[world],
-        )
-    counts = sorted({1, *(n for n, _ in runs), *map(len, tables.values())})
-    axis.set_xscale("log")
-    axis.set_xticks(counts, [f"{count}" for count in counts])
-    axis.set_xticks([], minor=True)
-    axis.set(xlabel="tasks searched together", ylabel="rollouts per task")
-    axis.set_title("one task", loc="left")
-    axis.set_ylim(bottom=0)
-    axis.legend(fontsize=7, ncols=2, loc="lower center")
+    return shown.map(_digits).set_index(fits["n_points"].rename("points"))
 
 
-def _within(tick: float, axis: Axes) -> bool:
-    """Whether a tick lies in the range of the x axis."""
-    low, high = axis.get_xlim()
-    return low <= tick <= high
+def learner_table(figures: _Figures) -> pd.DataFrame:
+    """List what the skill costs beside a single regression, and SMCE beside cvxpy.
+
+    Parameters
+    ----------
+    figures : mapping
+        What `load_costs` gives.
+
+    Returns
+    -------
+    DataFrame
+        One row a figure: the median over the rounds, and in brackets where the middle
+        four fifths of them lie.
+    """
+    smce = figures["learners"]["smce"]
+    rows = {
+        f"SMCE, {smce['n_points']} points: seconds to fit": smce["fit_seconds"],
+        "one cvxpy problem a point: seconds": smce["one_by_one_seconds"],
+        "cvxpy / SMCE": smce["one_by_one_over_fit"],
+    }
+    for world, skill in figures["learners"]["skill"].items():
+        head = f"{world}, {skill['n_samples']} samples"
+        for step, asked in (("fit", ""), ("predict", f" {skill['n_predicted']}")):
+            what = f"{head}: ms to {step}{asked}"
+            rows[f"{what}, {skill['n_charts']} charts"] = skill[
+                f"{step}_charts_milliseconds"
+            ]
+            rows[f"{what}, single"] = skill[f"{step}_single_milliseconds"]
+            rows[f"{head}: {step}, charts / single"] = skill[
+                f"{step}_charts_over_single"
+            ]
+    return pd.DataFrame({"": {name: _text(value) for name, value in rows.items()}})
 
 
 def _text(measured: Mapping[str, float] | None) -> str:

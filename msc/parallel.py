@@ -1,0 +1,59 @@
+"""Many calls of one function on the cores of this machine, results in their order."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import Any
+
+from joblib import Parallel, delayed, parallel_config
+from threadpoolctl import threadpool_limits
+from tqdm import tqdm
+
+
+def call_in_order(
+    function: Callable[..., Any],
+    calls: Iterable[tuple[Any, ...]],
+    *,
+    jobs: int = 1,
+    label: str,
+    progress: bool = False,
+) -> list[Any]:
+    """Call a function many times in processes here; results in the order of calls.
+
+    Parameters
+    ----------
+    function : callable
+        What to call.
+    calls : iterable of tuple
+        Its arguments, one tuple a call.
+    jobs : int, default=1
+        Worker processes; the result does not depend on them.
+    label : str
+        What the progress bar says.
+    progress : bool, default=False
+        Whether to show one on standard error.
+
+    Returns
+    -------
+    list
+        What the calls returned.
+
+    Notes
+    -----
+    One thread a process, one process included: a matrix product on two threads adds up
+    in another order, and two processes of two threads each are slower.
+
+    Examples
+    --------
+    >>> call_in_order(pow, [(2, 3), (3, 2)], label="powers")
+    [8, 9]
+    """
+    listed = list(calls)
+    with (
+        threadpool_limits(1),
+        parallel_config("loky", n_jobs=jobs, inner_max_num_threads=1),
+    ):
+        found = Parallel(return_as="generator")(
+            delayed(function)(*call) for call in listed
+        )
+        return list(tqdm(found, desc=label, total=len(listed), disable=not progress))
