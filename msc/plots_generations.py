@@ -48,8 +48,8 @@ def plot_generations(
     run = recordings[0]
     numbers = [min(number, len(run.costs)) for number in shown]
     with plt.rc_context(STYLE):
-        figure = plt.figure(figsize=(7.4, 4.8))
-        grid = figure.add_gridspec(2, len(numbers) + 1, height_ratios=(1, 1.15))
+        figure = plt.figure(figsize=(7.4, 4.5))
+        grid = figure.add_gridspec(2, len(numbers) + 1, height_ratios=(1, 1.05))
         costs = figure.add_subplot(grid[1, :])
         for column, number in enumerate(numbers):
             axis = figure.add_subplot(grid[0, column])
@@ -107,10 +107,11 @@ def _draw_found(
     """Draw the cheapest movement of every start, and where the arm ends."""
     lengths = workspace.link_lengths
     _draw_world(axis, workspace, task_deg, chain(recordings[0].joints, lengths))
-    for recording, colour in zip(recordings, STARTS, strict=False):
+    widths = np.linspace(3.6, 1.0, len(recordings))  # those below remain visible
+    for recording, colour, width in zip(recordings, STARTS, widths, strict=False):
         places = chain(recording.joints[-1, recording.costs[-1].argmin()], lengths)
         axis.plot(*places[-1].T, color=colour, lw=4, alpha=0.4)
-        axis.plot(*places[:, -1].T, color=colour, lw=1.6)
+        axis.plot(*places[:, -1].T, color=colour, lw=width)
 
 
 def _draw_world(

@@ -15,7 +15,7 @@ from msc.scrubber import Mark, Panel, Scrubber, choose_ticks
 from msc.workspace import Workspace, chain
 
 N_STEPS = 40  # of the slider: every early generation, then ever fewer
-EVERY = 3  # time steps from one point of a path to the next
+EVERY = 2  # time steps from one point of a path to the next
 
 
 def scrub_generations(
@@ -118,10 +118,9 @@ def _costs_panel(
         np.c_[np.full(n_policies, spent[step]), np.log10(some)]
         for step, some in zip(steps, costs, strict=True)
     ]
-    round_costs = [k * 10.0**power for power in range(-4, 3) for k in (1, 2, 5)]
-    ticks = [
-        round_cost for round_cost in round_costs if low <= np.log10(round_cost) <= high
-    ]
+    digits = (1,) if high - low > 1.5 else (1, 2, 5)
+    ticks = [k * 10.0**power for power in range(-4, 4) for k in digits]
+    ticks = [tick for tick in ticks if low <= np.log10(tick) <= high]
     return Panel(
         "The cost of policies over the rollouts spent, logarithmic.",
         (0.0, float(spent[-1])),
