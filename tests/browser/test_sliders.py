@@ -1,0 +1,163 @@
+"""Drawings that follow a slider: by mouse, by keyboard, in the dark, without script."""
+
+import re
+
+import pytest
+from built import built, holding
+from conftest import switch_theme
+
+SLIDERS = [
+    (name, number)
+    for name in holding('class="msc-scrubber')
+    for number in range(
+        len(re.findall('class="msc-scrubber', built(name).read_text(encoding="utf-8")))
+    )
+]
+IDS = [f"{name}-{number}" for name, number in SLIDERS]
+SOON = 10_000  # ms that a picture may take to follow
+
+PICTURES = "root => Array.from(root.querySelectorAll('canvas'), c => c.toDataURL())"
+BLANK = """root => Array.from(root.querySelectorAll("canvas")).filter(canvas => {
+  const area = [0, 0, canvas.width || 1, canvas.height || 1];
+  const pixels = canvas.getContext("2d").getImageData(...area).data;
+  return new Set(new Uint32Array(pixels.buffer)).size < 2;
+}).map(canvas => canvas.getAttribute("aria-label"))"""
+
+
+# Press Play and show the frames one after another, twenty a second by a clock that no
+# busy machine disturbs: the number of different pictures, and whether the last is the
+# first.
+FILM = """root => {
+  let time = 1000;
+  const frames = [], seen = new Set();
+  const look = () => Array.from(
+    root.querySelectorAll("canvas"), canvas => canvas.toDataURL()
+  ).join();
+  performance.now = () => time;
+  window.requestAnimationFrame = frame => frames.push(frame);
+  const first = look();
+  root.querySelector("button").click();
+  while (frames.length && time < 30_000) {
+    time += 50;
+    frames.splice(0).forEach(frame => frame(time));
+    seen.add(look());
+  }
+  return [seen.size, look() === first];
+}"""
+
+
+class Drawing:
+    """A slider in an open page, with what it draws and says."""
+
+    def __init__(self, visit, number):
+        self.page = visit.page
+        self.where = f"{visit.name}.html, slider {number + 1}"
+        self.root = visit.page.locator(".msc-scrubber").nth(number)
+        self.slider = self.root.locator("input[type=range]").first
+        self.output = self.root.locator("output").first
+
+    def state(self):
+        """Return pictures, words and the spoken value."""
+        spoken = self.slider.get_attribute("aria-valuetext")
+        return self.root.evaluate(PICTURES), self.output.inner_text(), spoken
+
+    def value(self):
+        return float(self.slider.input_value())
+
+    def follows(self, before, by):
+        """Check that everything has changed, after a while at most."""
+        for _ in range(SOON // 50):
+            now = self.state()
+            if all(new != old for new, old in zip(now, before, strict=True)):
+                return now
+            self.page.wait_for_timeout(50)
+        parts = zip(("picture", "caption", "spoken value"), now, before, strict=True)
+        still = [part for part, new, old in parts if new == old]
+        pytest.fail(f"{self.where}: moved by {by}, the same as before: {still}")
+
+
+@pytest.fixture
+def drawing(visit, request):
+    name, number = request.param
+    with visit(name) as one:
+        yield Drawing(one, number)
+
+
+@pytest.mark.parametrize("drawing", SLIDERS, ids=IDS, indirect=True)
+def test_slider(drawing):
+    where, slider = drawing.where, drawing.slider
+    slider.scroll_into_view_if_needed()
+    blank = drawing.root.evaluate(BLANK)
+    assert not blank, f"{where}: nothing is drawn on {blank}"
+    assert not drawing.root.locator(".msc-poster").is_visible(), where
+
+    first = drawing.state()
+    assert first[1].strip(), f"{where}: no caption"
+    box = slider.bounding_box()
+    start = drawing.value()
+    middle = box["y"] + box["height"] / 2
+    share = start / max(1, float(slider.get_attribute("max")))
+    drawing.page.mouse.move(box["x"] + box["width"] * (0.03 + 0.94 * share), middle)
+    drawing.page.mouse.down()
+    end = 0.2 if share > 0.5 else 0.8
+    drawing.page.mouse.move(box["x"] + box["width"] * end, middle, steps=4)
+    drawing.page.mouse.up()
+    assert drawing.value() != start, f"{where}: the mouse does not move it"
+    dragged = drawing.follows(first, "mouse")
+
+    slider.focus()
+    drawing.page.keyboard.press("End")
+    drawing.page.keyboard.press("Home")
+    assert drawing.value() == float(slider.get_attribute("min")), where
+    home = drawing.follows(dragged, "the key Home")
+    drawing.page.keyboard.press("ArrowRight")
+    assert drawing.value() > float(slider.get_attribute("min")), where
+    drawing.follows(home, "the key ArrowRight")
+
+
+@pytest.mark.parametrize("drawing", SLIDERS, ids=IDS, indirect=True)
+def test_it_is_drawn_anew_in_the_dark(drawing):
+    light, *_ = drawing.state()
+    switch_theme(drawing.page, "dark")
+    drawing.page.wait_for_timeout(100)
+    dark, *_ = drawing.state()
+    same = [
+        k + 1
+        for k, (one, two) in enumerate(zip(light, dark, strict=True))
+        if one == two
+    ]
+    assert not same, f"{drawing.where}: panels {same} keep the ink of the light theme"
+
+
+@pytest.mark.parametrize("drawing", SLIDERS, ids=IDS, indirect=True)
+def test_paper_gets_the_poster(drawing):
+    drawing.page.emulate_media(media="print")
+    shows_the_poster(drawing)
+
+
+@pytest.mark.parametrize(("name", "number"), SLIDERS, ids=IDS)
+def test_without_scripts_there_is_the_poster(visit, name, number):
+    with visit(name, java_script_enabled=False) as one:
+        shows_the_poster(Drawing(one, number))
+
+
+def shows_the_poster(drawing):
+    """Check that the picture is there, with no control that does nothing."""
+    poster = drawing.root.locator(".msc-poster")
+    assert poster.is_visible(), f"{drawing.where}: no poster"
+    assert poster.evaluate("image => image.naturalWidth") > 100, drawing.where
+    for part in ("canvas", "input", "button"):
+        shown = drawing.root.locator(f"{part}:visible").count()
+        assert not shown, f"{drawing.where}: {shown} {part} beside the poster"
+
+
+@pytest.mark.parametrize(("name", "number"), SLIDERS, ids=IDS)
+def test_a_film_plays_and_ends(visit, name, number):
+    with visit(name, reduced_motion="no-preference") as one:
+        drawing = Drawing(one, number)
+        if not drawing.root.locator("button").count():
+            return
+        pictures, ends = drawing.root.evaluate(FILM)
+        assert pictures > 5, f"{drawing.where}: Play moves nothing"
+        last = drawing.value() == float(drawing.slider.get_attribute("max"))
+        assert ends or last, f"{drawing.where}: it ends neither where it began nor last"
