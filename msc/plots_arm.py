@@ -134,7 +134,9 @@ def plot_weights(
         _draw_ground(plane, world, ends[1])
         plane.plot(*ends[0], "o", color="black", ms=5)
         plane.annotate("start", tuple(ends[0]), (8, -10), textcoords="offset points")
-        plane.annotate("goal", tuple(ends[1]), (8, 4), textcoords="offset points", color=GOAL)
+        plane.annotate(
+            "goal", tuple(ends[1]), (8, 4), textcoords="offset points", color=GOAL
+        )
         for k, colour in enumerate(TRIO[: dmp.n_basis]):
             look: Any = {"color": colour, "ls": DASHES[k]}
             top.plot(times, shares[:, k], **look)

@@ -18,26 +18,31 @@ from matplotlib.text import Text
 
 import msc.movements
 from msc import Arm, Workspace, load_dataset
+from msc.cost_tables import load_costs
 from msc.evaluation import Experiment
 from msc.looks import LOOKS
 from msc.movements import Movements
 from msc.plots import plot_execution, plot_manifold, plot_workspaces
 from msc.plots_arm import plot_followed, plot_poses, plot_weights
 from msc.plots_audit import plot_curves, plot_quality
-from msc.plots_charts import load_elbows, plot_elbows
+from msc.plots_charts import plot_elbows
+from msc.plots_costs import plot_costs
 from msc.plots_curves import plot_rivals
 from msc.plots_movements import plot_breaks, plot_tasks
 from msc.plots_predicted import scrub_predictions
 from msc.plots_scrubber import scrub_execution
-from msc.plots_search import load_costs, plot_costs
 from msc.plots_skill import plot_composition
 from msc.plots_study import plot_sample_sizes, plot_sweep
 from msc.plots_weights import scrub_weight
-from msc.study_tables import load_studies
+from msc.results import load_results
 
 PACKAGE = Path(__file__).parents[1] / "msc"
 WIDEST, SMALLEST = 7.0, 7.0  # inches, points
 NAMES = ("without obstacles", "with obstacles")
+
+
+def results(kind):
+    return load_results(f"{kind}_free", f"{kind}_obstacles")
 
 
 def tables():
@@ -105,7 +110,7 @@ FIGURES = {
     plot_followed: followed,
     plot_quality: lambda: plot_quality(*tables(), names=NAMES),
     plot_curves: lambda: plot_curves(*tables(), names=NAMES),
-    plot_elbows: lambda: plot_elbows(load_elbows()),
+    plot_elbows: lambda: plot_elbows(*results("elbow")),
     plot_rivals: rivals,
     plot_tasks: lambda: plot_tasks(few_movements(), range(8)),
     plot_breaks: lambda: plot_breaks(few_movements(), [(0, 1)] * 6),
@@ -116,11 +121,9 @@ FIGURES = {
     ),
     plot_composition: composition,
     plot_sample_sizes: lambda: plot_sample_sizes(
-        *load_studies("free", "obstacles"), methods=list(LOOKS), verdicts=False
+        *results("study"), methods=list(LOOKS), verdicts=False
     ),
-    plot_sweep: lambda: plot_sweep(
-        *load_studies("free", "obstacles"), measures=["mse, gate learned"]
-    ),
+    plot_sweep: lambda: plot_sweep(*results("study"), measures=["mse, gate learned"]),
     scrub_weight: weights,
 }
 
