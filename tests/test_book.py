@@ -33,10 +33,10 @@ ROOT = Path(__file__).parents[1]
 CHAPTERS = sorted((ROOT / "book").glob("*.ipynb"))
 PARAMETERS = 'profile = "full"\nn = 3'
 COUNT = "with open('ran.txt', 'a') as log:\n    log.write('x')"
-DRAW = """from matplotlib.figure import Figure
+DRAW = """import matplotlib.pyplot as plt
 
-figure = Figure(figsize=(3, 2))
-figure.subplots()
+figure, _ = plt.subplots(figsize=(3, 2))
+plt.close()
 figure"""
 
 
