@@ -8,6 +8,7 @@ PYTHON ?= $(shell command -v python3.11 || command -v python3 || echo python3)# 
 PROFILE ?= quick# or full: how much the chapters compute
 JOBS ?= 2# processes at a time
 PORT ?= 8000# of `make serve`
+LAB ?=# options of `make lab`, as --no-browser
 CHROMIUM ?= $(shell command -v chromium)# looks at the built book
 
 VENV := .venv
@@ -18,13 +19,24 @@ NOTEBOOKS := $(wildcard book/*.ipynb)
 
 python_version = $(or $(shell "$(PYTHON)" -c 'import sys; print("%d.%d" % sys.version_info[:2])' 2>/dev/null),missing)
 
-.PHONY: help book test test-browser lint serve lab data results bench lock clean
+.PHONY: help env book release pdf twice test test-browser lint serve lab hooks data results bench lock clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' Makefile
 
+env: $(STAMP) ## make .venv, exactly the lock; every other target does so when needed
+
 book: $(STAMP) ## execute the chapters and build the book (PROFILE=quick, JOBS=2)
 	@$(BIN) -m msc book --profile $(PROFILE) --jobs $(JOBS)
+
+release: book ## pack the book as a zip that opens without a network
+	@$(BIN) -m msc release
+
+pdf: book ## print the book as one PDF; needs Chromium
+	@$(BIN) -m msc pdf
+
+twice: $(STAMP) ## build the book again elsewhere and compare all bytes
+	@$(BIN) -m msc twice --profile $(PROFILE) --jobs $(JOBS)
 
 test: $(STAMP) ## run all tests but those in a browser
 	@$(BIN) -m pytest
@@ -46,8 +58,13 @@ serve: $(STAMP) ## show the built book on localhost (PORT=8000)
 	@echo "The book is at http://localhost:$(PORT) until Ctrl-C."
 	@$(BIN) -m http.server $(PORT) --bind 127.0.0.1 --directory _build/html
 
-lab: $(STAMP) ## open the repository in JupyterLab
-	@$(BIN) -m jupyterlab
+lab: $(STAMP) ## open the repository in JupyterLab (LAB=--no-browser)
+	@JUPYTER_PATH= JUPYTER_PREFER_ENV_PATH=1 $(BIN) -m jupyterlab \
+		--ServerApp.root_dir="$(CURDIR)" --LabApp.default_url=/lab/tree/book $(LAB)
+
+hooks: $(STAMP) ## check every commit of this clone, and keep outputs out of notebooks
+	@$(BIN) -m pre_commit install
+	@$(BIN) -m nbstripout --install
 
 data: $(STAMP) ## search every policy in data/ again, resuming where it stopped
 	$(BIN) -m msc survey cut --jobs $(JOBS) --out data/results/cut.json
@@ -67,7 +84,7 @@ data: $(STAMP) ## search every policy in data/ again, resuming where it stopped
 
 results: $(STAMP) ## compare all methods again and judge the claims (half an hour)
 	$(BIN) -m msc evaluate --profile full --jobs $(JOBS)
-	$(BIN) -m msc claims --out data/results/claims.json
+	$(BIN) -m msc claims --out data/results/claims.json --readme README.md
 
 bench: $(STAMP) ## measure the speed of each part against a reference
 	@$(BIN) benchmarks/bench.py

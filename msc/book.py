@@ -9,6 +9,8 @@ import json
 import os
 import re
 import shutil
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from importlib.metadata import distribution
 from pathlib import Path
 from typing import Any
@@ -16,8 +18,21 @@ from typing import Any
 import yaml
 
 from msc.chapters import BookError, Chapter, run_chapters, run_tool
+from msc.claim_file import load_claims
+from msc.claims import CLAIMS
 from msc.claims_page import write_claims
+from msc.figures import (
+    DOWNLOADS,
+    Picture,
+    find_pictures,
+    without_lines,
+    write_gallery,
+    write_vectors,
+)
 from msc.notebook import declared_parameters, read_notebook, write_notebook
+from msc.opening import write_opening
+from msc.provenance import SECONDS, seconds_script, with_provenance
+from msc.reference import write_reference
 
 PROFILES = ("quick", "full")
 
@@ -26,10 +41,15 @@ LONGEST = 10
 
 # The package of the lock that carries MathJax: the book needs no network.
 MATHJAX = "sphinx-mathjax-offline"
+_MATHJAX = "tex-svg-full.js"
 
 
 def build_book(
-    *, profile: str = "quick", jobs: int = 2, root: Path | None = None
+    *,
+    profile: str = "quick",
+    jobs: int = 2,
+    root: Path | None = None,
+    say: Callable[[str], object] | None = None,
 ) -> Path:
     """Execute the chapters that changed and render the book.
 
@@ -41,6 +61,8 @@ def build_book(
         How many chapters are executed at a time.
     root : Path, optional
         The repository; the working directory by default.
+    say : callable, optional
+        Is told in a line which chapter is executed, and why.
 
     Returns
     -------
@@ -59,8 +81,8 @@ def build_book(
 
     Notes
     -----
-    The seconds that each chapter took are in `_build/chapters.json`, not in the book,
-    whose bytes depend on nothing but the repository.
+    The book's bytes depend on nothing but the repository, with one exception: the file
+    `_static/seconds.js` holds the seconds that each chapter took.
     """
     if profile not in PROFILES:
         raise ValueError(f"profile must be 'quick' or 'full', not {profile!r}")
@@ -73,13 +95,17 @@ def build_book(
         for page in pages(root)
         if page.suffix == ".ipynb"
     }
-    chapters = run_chapters(parameters, root=root, cache=build / "cache", jobs=jobs)
-    _stage(root, build / "stage", chapters)
+    cache = build / "cache"
+    executed = run_chapters(parameters, root=root, cache=cache, jobs=jobs, say=say)
+    pictures = {one.name: find_pictures(one.name, one.notebook) for one in executed}
+    chapters = [replace(one, notebook=without_lines(one.notebook)) for one in executed]
+    _stage(root, build / "stage", chapters, pictures)
     rendered = _render(build / "stage")
+    _complete(rendered, root, chapters, [p for own in pictures.values() for p in own])
     html = build / "html"
     shutil.rmtree(html, ignore_errors=True)
     rendered.rename(html)
-    seconds = {chapter.name: chapter.seconds for chapter in chapters}
+    seconds = {chapter.name: chapter.record.seconds for chapter in chapters}
     (build / "chapters.json").write_text(json.dumps(seconds, indent=2) + "\n")
     return html / "index.html"
 
@@ -106,7 +132,7 @@ def pages(root: Path) -> list[Path]:
     if not toc.exists():
         raise FileNotFoundError(f"{root} holds no book: it has no _toc.yml")
     found = []
-    for name in _page_names(yaml.safe_load(toc.read_text(encoding="utf-8"))):
+    for name in page_names(yaml.safe_load(toc.read_text(encoding="utf-8"))):
         sources = [root / "book" / f"{name}{ending}" for ending in (".ipynb", ".md")]
         existing = [source for source in sources if source.exists()]
         if not existing:
@@ -131,7 +157,7 @@ def substitutions(root: Path) -> dict[str, Any]:
         Nested names are joined by underscores, the file's own first: `single.mse` in
         `fig3.json` becomes `fig3_single_mse`, and a page writes
         `{{ fig3_single_mse }}`. Whatever cannot stand in a name becomes an underscore;
-        lists longer than ten entries are left out.
+        lists longer than ten entries are left out. `n_claims` counts the claims.
     """
     flat: dict[str, Any] = {}
 
@@ -149,33 +175,64 @@ def substitutions(root: Path) -> dict[str, Any]:
         collect(
             file.stem.replace("-", "_"), json.loads(file.read_text(encoding="utf-8"))
         )
+    if (root / CLAIMS).is_file():
+        flat["n_claims"] = len(load_claims(root / CLAIMS))
     return flat
 
 
-def _page_names(toc: Any) -> list[str]:
-    """List the pages named anywhere in a table of contents, in order."""
+def page_names(toc: Any) -> list[str]:
+    """List the pages named anywhere in a table of contents.
+
+    Parameters
+    ----------
+    toc : list or dict
+        The table of contents, or a part of it.
+
+    Returns
+    -------
+    list of str
+        Names in order.
+
+    Examples
+    --------
+    >>> page_names({"root": "index", "chapters": [{"file": "fig1"}]})
+    ['index', 'fig1']
+    """
     if isinstance(toc, list):
-        return [name for item in toc for name in _page_names(item)]
+        return [name for item in toc for name in page_names(item)]
     if not isinstance(toc, dict):
         return []
     own = [toc[key] for key in ("root", "file") if key in toc]
-    return own + [name for value in toc.values() for name in _page_names(value)]
+    return own + [name for value in toc.values() for name in page_names(value)]
 
 
-def _stage(root: Path, stage: Path, chapters: list[Chapter]) -> None:
+def _stage(
+    root: Path,
+    stage: Path,
+    chapters: Sequence[Chapter],
+    pictures: Mapping[str, Sequence[Picture]],
+) -> None:
     """Lay out what Jupyter Book reads: the executed book, and the data."""
     shutil.rmtree(stage, ignore_errors=True)
     ignore = shutil.ignore_patterns("*.ipynb", "*.partial*", ".*")
     for folder in ("book", "data"):
         if (root / folder).exists():
             shutil.copytree(root / folder, stage / folder, ignore=ignore)
+    book = stage / "book"
     for chapter in chapters:
-        write_notebook(chapter.notebook, stage / "book" / f"{chapter.name}.ipynb")
+        shown = with_provenance(chapter, pictures[chapter.name])
+        write_notebook(shown, book / f"{chapter.name}.ipynb")
+    write_gallery([one for own in pictures.values() for one in own], book)
     config = yaml.safe_load((root / "_config.yml").read_text(encoding="utf-8"))
     config.setdefault("parse", {})["myst_substitutions"] = substitutions(root)
-    (stage / "book" / "_config.yml").write_text(yaml.safe_dump(config))
-    shutil.copy(root / "_toc.yml", stage / "book")
-    write_claims(root, stage / "book", {page.stem for page in pages(root)})
+    scripts = config["sphinx"]["config"].setdefault("html_js_files", [])
+    scripts.append([SECONDS, {"defer": "defer"}])
+    (book / "_config.yml").write_text(yaml.safe_dump(config))
+    shutil.copy(root / "_toc.yml", book)
+    write_claims(root, book, {page.stem for page in pages(root)})
+    write_opening([chapter.notebook for chapter in chapters], book)
+    notebooks = [page for page in pages(root) if page.suffix == ".ipynb"]
+    write_reference(root, stage, notebooks)
 
 
 def _render(stage: Path) -> Path:
@@ -188,8 +245,19 @@ def _render(stage: Path) -> Path:
         said = re.sub(r"\x1b\[[0-9;]*m", "", result.stderr or result.stdout)
         said = said.replace(f"{stage}{os.sep}", "")
         raise BookError(f"the book did not render:\n{said.strip()}")
-    script = f"{MATHJAX}/static/mathjax/tex-svg-full.js"
-    target = html / "_static" / "mathjax"
-    target.mkdir(exist_ok=True)
-    shutil.copy(str(distribution(MATHJAX).locate_file(script)), target)
     return html
+
+
+def _complete(
+    html: Path, root: Path, chapters: Sequence[Chapter], pictures: Sequence[Picture]
+) -> None:
+    """Add what is no page: MathJax, notebooks, figures as SVG, seconds."""
+    script = distribution(MATHJAX).locate_file(f"{MATHJAX}/static/mathjax/{_MATHJAX}")
+    (html / "_static" / "mathjax").mkdir(exist_ok=True)
+    shutil.copy(str(script), html / "_static" / "mathjax")
+    write_vectors(pictures, html / DOWNLOADS)
+    for chapter in chapters:
+        file = f"{chapter.name}.ipynb"
+        shutil.copy(root / "book" / file, html / DOWNLOADS)
+        write_notebook(chapter.notebook, html / "_sources" / file)
+    (html / "_static" / SECONDS).write_text(seconds_script(chapters), encoding="utf-8")

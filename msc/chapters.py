@@ -1,8 +1,9 @@
 """Execute the book's chapters: each once, by papermill, and again only when needed.
 
-A chapter is a notebook without outputs. Its run is kept in a cache under everything
-that the outputs depend on (code cells, parameters, `msc/`, `data/`, the lock), so that
-an edit of the prose never executes anything.
+A chapter is a notebook without outputs. Its last run with certain parameters is kept in
+a cache, with a record of what it depended on (see `msc.record`): its code cells, the
+files that it read, the packages that it imported. Only a change of one of these
+executes it again, and the reason is told; an edit of the prose never does.
 """
 
 import hashlib
@@ -12,7 +13,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,7 +21,9 @@ from typing import Any
 
 from tqdm import tqdm
 
+from msc import kernel
 from msc import notebook as nb
+from msc.record import Record, read_log, read_record
 
 
 class BookError(RuntimeError):
@@ -37,13 +40,16 @@ class Chapter:
         File name without its ending.
     notebook : dict
         The chapter's current text and code with the outputs of its run.
-    seconds : float
-        Wall time of that run, the start of its kernel included.
+    record : Record
+        What that run depended on, and how long it took.
+    parameters : dict
+        The values it was given; others are as the chapter declares them.
     """
 
     name: str
     notebook: nb.Notebook
-    seconds: float
+    record: Record
+    parameters: dict[str, Any]
 
 
 def run_chapters(
@@ -52,19 +58,22 @@ def run_chapters(
     root: Path,
     cache: Path,
     jobs: int = 2,
+    say: Callable[[str], object] | None = None,
 ) -> list[Chapter]:
-    """Return chapters with their outputs, executing those that are not in the cache.
+    """Return chapters with their outputs, executing those whose runs hold no longer.
 
     Parameters
     ----------
     parameters : mapping from Path to mapping
         The chapters, and for each the values of some of its parameters.
     root : Path
-        Repository in which chapters run and on whose code and data they depend.
+        Repository in which chapters run.
     cache : Path
         Folder of earlier runs; created if missing.
     jobs : int, default 2
         How many chapters are executed at a time.
+    say : callable, optional
+        Is told in a line which chapter is executed, and why.
 
     Returns
     -------
@@ -80,13 +89,12 @@ def run_chapters(
     """
     if jobs < 1:
         raise ValueError(f"jobs must be at least 1, not {jobs}")
-    inputs = inputs_digest(root)
     with (
         ThreadPoolExecutor(jobs) as pool,
         tqdm(total=len(parameters), desc="chapters", disable=None) as progress,
     ):
         futures = [
-            pool.submit(_run, path, given, root=root, cache=cache, inputs=inputs)
+            pool.submit(_run, path, given, root=root, cache=cache, say=say)
             for path, given in parameters.items()
         ]
         try:
@@ -97,29 +105,6 @@ def run_chapters(
             pool.shutdown(wait=False, cancel_futures=True)
             raise
     return [future.result() for future in futures]
-
-
-def inputs_digest(root: Path) -> str:
-    """Return a digest of what every chapter depends on besides its own cells.
-
-    Parameters
-    ----------
-    root : Path
-        Repository: its `msc/`, `data/`, lock and benchmark count.
-
-    Returns
-    -------
-    str
-        Hexadecimal SHA-256 over names and contents.
-    """
-    files = [*root.glob("msc/**/*.py"), *root.glob("data/**/*")]
-    files += [root / "requirements.txt", root / "benchmarks" / "results.json"]
-    contents = [
-        (file.relative_to(root).as_posix(), _sha256(file.read_bytes()))
-        for file in sorted(files)
-        if file.is_file() and ".partial" not in file.name
-    ]
-    return _sha256(json.dumps(contents))
 
 
 def run_tool(
@@ -158,7 +143,12 @@ def run_tool(
 
 
 def _run(
-    path: Path, parameters: Mapping[str, Any], *, root: Path, cache: Path, inputs: str
+    path: Path,
+    parameters: Mapping[str, Any],
+    *,
+    root: Path,
+    cache: Path,
+    say: Callable[[str], object] | None,
 ) -> Chapter:
     """Return one chapter with its outputs, from the cache if nothing has changed."""
     source = nb.read_notebook(path)
@@ -167,31 +157,47 @@ def _run(
             f"{path.stem} has no parameter {unknown[0]!r}; "
             f"it declares: {', '.join(sorted(known)) or 'none'}"
         )
-    code = [
-        (nb.source(cell), sorted({"parameters", "raises-exception"} & nb.tags(cell)))
-        for cell in nb.code_cells(source)
-    ]
-    key = _sha256(json.dumps([code, dict(parameters), inputs], sort_keys=True))
-    kept = cache / f"{path.stem}-{key[:16]}.ipynb"
-    if not kept.exists():
-        start = time.perf_counter()
-        run = _execute(path, parameters, root)
-        run["metadata"]["seconds"] = round(time.perf_counter() - start, 2)
+    given = dict(parameters)
+    code = _sha256([_essence(cell) for cell in nb.code_cells(source)])
+    kept = cache / f"{path.stem}-{_sha256(given)[:8]}.ipynb"
+    run = nb.read_notebook(kept) if kept.exists() else None
+    record = read_record(run["metadata"].get("record", {})) if run else None
+    if record is None:
+        named = ", ".join(f"{name}={value!r}" for name, value in given.items())
+        reasons = ["never executed" + (f" with {named}" if named else "")]
+    else:
+        reasons = record.changes(code, root)
+    if run is None or record is None or reasons:
+        if say:
+            say(f"{path.stem}: {'; '.join(reasons)}")
+        run, record = _execute(path, given, root, code)
+        run["metadata"]["record"] = record.to_json()
         nb.write_notebook(run, kept)
-    run = nb.read_notebook(kept)
-    return Chapter(path.stem, nb.with_outputs(source, run), run["metadata"]["seconds"])
+    return Chapter(path.stem, nb.with_outputs(source, run), record, given)
 
 
-def _execute(path: Path, parameters: Mapping[str, Any], root: Path) -> nb.Notebook:
+def _essence(cell: nb.Cell) -> tuple[str, list[str]]:
+    """Return what a code cell's outputs depend on."""
+    meaningful = {"parameters", "raises-exception"}
+    return nb.source(cell), sorted(meaningful & nb.tags(cell))
+
+
+def _execute(
+    path: Path, parameters: Mapping[str, Any], root: Path, code: str
+) -> tuple[nb.Notebook, Record]:
     """Run a chapter by papermill in a kernel of this very interpreter."""
     with tempfile.TemporaryDirectory(prefix="msc-") as folder:
+        start = time.perf_counter()
         # A kernel of the same name elsewhere, or the user's own IPython settings,
         # would run the chapter in another environment: ours come first.
-        kernel = Path(folder, "kernels", "python3", "kernel.json")
-        kernel.parent.mkdir(parents=True)
-        launch = [sys.executable, "-m", "ipykernel_launcher", "-f", "{connection_file}"]
-        kernel.write_text(json.dumps({"argv": launch, "display_name": "Python 3"}))
-        output = Path(folder, path.name)
+        log, output = Path(folder, "log"), Path(folder, path.name)
+        spec = Path(folder, "kernels", "python3", "kernel.json")
+        spec.parent.mkdir(parents=True)
+        script = Path(kernel.__file__).resolve()
+        watched = (root.resolve(), script.parents[1])
+        launch = [sys.executable, *map(str, (script, log, *watched))]
+        launch += ["-f", "{connection_file}"]
+        spec.write_text(json.dumps({"argv": launch, "display_name": "Python 3"}))
         arguments: list[str | Path] = [path.resolve(), output, "--kernel", "python3"]
         arguments += ["--cwd", root.resolve(), "--parameters_yaml"]
         arguments += [json.dumps(dict(parameters)), "--no-progress-bar"]
@@ -203,12 +209,15 @@ def _execute(path: Path, parameters: Mapping[str, Any], root: Path) -> nb.Notebo
             OMP_NUM_THREADS="1",
         )
         if result.returncode == 0:
-            return nb.read_notebook(output)
+            seconds = round(time.perf_counter() - start, 2)
+            return nb.read_notebook(output), Record(
+                code, *read_log(log, root), seconds=seconds
+            )
         failure = nb.failure(nb.read_notebook(output)) if output.exists() else ""
         last_words = (result.stderr.strip() or "papermill failed").splitlines()[-1]
         raise BookError(f"{path.stem}, {failure or last_words}")
 
 
-def _sha256(content: str | bytes) -> str:
-    data = content.encode() if isinstance(content, str) else content
-    return hashlib.sha256(data).hexdigest()
+def _sha256(content: Any) -> str:
+    """Identify what JSON can hold."""
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from msc.claims import CLAIMS, VERDICTS, judge_all
-from msc.verdicts import BUILT_IN, Verdict
+from msc.verdicts import BUILT_IN, SYMBOLS, Verdict
 
 TABLE = "claims_table.md"
 READINGS = "claims_readings.md"
+
+# Between these the README quotes the verdicts.
+BEGIN, END = "<!-- verdicts, by msc claims -->", "<!-- end of verdicts -->"
 
 
 def write_claims(root: Path, folder: Path, pages: Collection[str]) -> None:
@@ -86,6 +90,55 @@ def readings_markdown(verdicts: Sequence[Verdict], pages: Collection[str]) -> st
         Markdown, with the anchor `claim-…` for each claim.
     """
     return "\n\n".join(_section(one, pages) for one in verdicts) + "\n"
+
+
+def summary_markdown(summary: Mapping[str, Mapping[str, Any]]) -> str:
+    """Write which claims got which verdict.
+
+    Parameters
+    ----------
+    summary : mapping
+        What `msc.claims.summarise` returned.
+
+    Returns
+    -------
+    str
+        Markdown: one row a verdict that occurs.
+    """
+    rows = [_row("verdict", "claims", "which"), "|---|---|---|"]
+    for verdict, sign in SYMBOLS.items():
+        ids = [name for name, one in summary.items() if one["verdict"] == verdict]
+        if ids:
+            rows.append(_row(f"{sign} {verdict}", str(len(ids)), ", ".join(ids)))
+    return "\n".join(rows) + "\n"
+
+
+def with_summary(page: str, summary: Mapping[str, Mapping[str, Any]]) -> str:
+    """Renew the summary that a page quotes.
+
+    Parameters
+    ----------
+    page : str
+        Markdown with the marks `BEGIN` and `END`.
+    summary : mapping
+        What `msc.claims.summarise` returned.
+
+    Returns
+    -------
+    str
+        The page; what stands between the marks is new.
+
+    Raises
+    ------
+    ValueError
+        If there are no such marks.
+    """
+    before, begin, rest = page.partition(BEGIN)
+    _, end, after = rest.partition(END)
+    if not (begin and end):
+        raise ValueError(f"page: no lines {BEGIN} and {END} to write between")
+    table = summary_markdown(summary)
+    return f"{before}{BEGIN}\n\n{table}\n{END}{after}"
 
 
 def _section(one: Verdict, pages: Collection[str]) -> str:

@@ -1,7 +1,7 @@
 """The command line: `msc COMMAND …`.
 
 A command is a function that takes the parsed arguments and one, `_add_…`, that declares
-them; both stand together, below or in `msc.cli_search`. What takes seconds to load is
+them; both stand together, below, in `msc.cli_search` or in `msc.cli_book`. What takes seconds to load is
 imported by the commands that need it.
 """
 
@@ -12,10 +12,8 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import yaml
-
-from msc.book import build_book
-from msc.chapters import BookError, run_chapters
+from msc.chapters import BookError
+from msc.cli_book import add_book, add_pdf, add_release, add_run, add_twice
 from msc.cli_search import (
     add_audit,
     add_render,
@@ -23,7 +21,6 @@ from msc.cli_search import (
     add_survey,
     check_output,
 )
-from msc.notebook import write_notebook
 from msc.tables import load_dataset, replace_file
 
 if TYPE_CHECKING:
@@ -54,11 +51,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
         add_survey,
         add_render,
         _add_evaluate,
-        _add_run,
+        add_run,
         _add_claims,
-        _add_book,
+        add_book,
+        add_release,
+        add_pdf,
+        add_twice,
     ):
         add(commands)
+    _add_help(commands, parser)
     options = parser.parse_args(arguments)
     try:
         options.run(options)
@@ -107,49 +108,21 @@ def _run_evaluate(options: argparse.Namespace) -> None:
         print(out)
 
 
-def _add_run(commands: "Commands") -> None:
-    """Declare `msc run`."""
-    parser = commands.add_parser("run", help="execute one chapter")
-    parser.add_argument(
-        "chapter", type=Path, help="for example book/fig3_free_24.ipynb"
-    )
-    parser.add_argument(
-        "-p",
-        dest="parameters",
-        nargs=2,
-        action="append",
-        default=[],
-        metavar=("NAME", "VALUE"),
-        help="a parameter of the chapter; may be repeated",
-    )
-    parser.add_argument("--out", type=Path, required=True, help="an .ipynb file")
-    parser.set_defaults(run=_run_chapter)
-
-
-def _run_chapter(options: argparse.Namespace) -> None:
-    """Execute a chapter by papermill; refuse parameters that it does not have."""
-    out: Path = options.out
-    check_output(out, ".ipynb")
-    given = {name: yaml.safe_load(value) for name, value in options.parameters}
-    root = Path.cwd()
-    chapters = {options.chapter: given}
-    (chapter,) = run_chapters(chapters, root=root, cache=root / "_build/cache", jobs=1)
-    write_notebook(chapter.notebook, out)
-    print(f"{out}: {chapter.seconds:.1f} s")
-
-
 def _add_claims(commands: "Commands") -> None:
     """Declare `msc claims`."""
     parser = commands.add_parser("claims", help="judge the paper's claims")
     parser.add_argument("--out", type=Path, help="a .json file")
+    parser.add_argument("--readme", type=Path, help="a .md file, to be renewed")
     parser.set_defaults(run=_run_claims)
 
 
 def _run_claims(options: argparse.Namespace) -> None:
     """Hold the measured results against every claim; print the verdicts."""
     from msc.claims import judge_all, summarise
+    from msc.claims_page import with_summary
 
     out: Path | None = options.out
+    readme: Path | None = options.readme
     if out:
         check_output(out, ".json")
     verdicts = judge_all(Path.cwd())
@@ -164,23 +137,19 @@ def _run_claims(options: argparse.Namespace) -> None:
     if out:
         replace_file(out, json.dumps(summarise(verdicts), indent=2) + "\n")
         print(out)
+    if readme:
+        text = readme.read_text(encoding="utf-8")
+        replace_file(readme, with_summary(text, summarise(verdicts)))
+        print(readme)
 
 
-def _add_book(commands: "Commands") -> None:
-    """Declare `msc book`."""
-    parser = commands.add_parser("book", help="execute the chapters, build the book")
-    parser.add_argument("--profile", default="quick", help="quick (default) or full")
-    parser.add_argument("--jobs", type=int, default=2, help="chapters at a time (2)")
-    parser.set_defaults(run=_run_book)
-
-
-def _run_book(options: argparse.Namespace) -> None:
-    """Build the book; print each chapter's seconds and where the index page is."""
-    index = build_book(profile=options.profile, jobs=options.jobs)
-    seconds = json.loads((index.parents[1] / "chapters.json").read_text())
-    for name, value in seconds.items():
-        print(f"{name:32} {value:6.1f} s")
-    print(f"The book: {index}")
+def _add_help(commands: "Commands", whole: argparse.ArgumentParser) -> None:
+    """Declare `msc help`, which tells every command's options."""
+    parser = commands.add_parser("help", help="tell the options of all commands")
+    parsers = [whole, *commands.choices.values()]
+    parser.set_defaults(
+        run=lambda _: print("\n".join(one.format_help() for one in parsers), end="")
+    )
 
 
 def _sentence(error: Exception) -> str:

@@ -127,13 +127,68 @@ def declared_parameters(notebook: Notebook) -> set[str]:
     >>> sorted(declared_parameters({"cells": [cell]}))
     ['profile', 'seed']
     """
-    return {
-        node.id
+    return {*declared_values(notebook)}
+
+
+def declared_values(notebook: Notebook) -> dict[str, str]:
+    """Return what a chapter's cell tagged `parameters` assigns to each name.
+
+    Parameters
+    ----------
+    notebook : dict
+        The chapter.
+
+    Returns
+    -------
+    dict of str to str
+        Names and values, as Python writes these.
+
+    Examples
+    --------
+    >>> cell = {"source": 'profile = "full"', "metadata": {"tags": ["parameters"]}}
+    >>> declared_values({"cells": [cell]})
+    {'profile': "'full'"}
+    """
+    assigned = [
+        statement
         for cell in notebook["cells"]
         if "parameters" in tags(cell)
-        for node in ast.walk(ast.parse(source(cell)))
+        for statement in ast.walk(ast.parse(source(cell)))
+        if isinstance(statement, ast.Assign | ast.AnnAssign)
+    ]
+    return {
+        node.id: ast.unparse(statement.value) if statement.value else ""
+        for statement in assigned
+        for node in ast.walk(statement)
         if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)
     }
+
+
+def title(notebook: Notebook) -> str:
+    """Return a chapter's title.
+
+    Parameters
+    ----------
+    notebook : dict
+        The chapter.
+
+    Returns
+    -------
+    str
+        Its first heading; empty if it has none.
+
+    Examples
+    --------
+    >>> cell = {"cell_type": "markdown", "source": "# Figure 1: worlds", "metadata": {}}
+    >>> title({"cells": [cell]})
+    'Figure 1: worlds'
+    """
+    for cell in notebook["cells"]:
+        if cell["cell_type"] == "markdown":
+            for line in source(cell).splitlines():
+                if line.startswith("# "):
+                    return line.removeprefix("# ").strip()
+    return ""
 
 
 def with_outputs(chapter: Notebook, run: Notebook) -> Notebook:

@@ -1,8 +1,4 @@
-"""Arrays in, figures out: one function a kind of figure, one style for all.
-
-Colours are Okabe and Ito's, told apart by the colour-blind; every chart also has a
-marker of its own, so that a grey print stays legible.
-"""
+"""Arrays in, figures out: one function a kind of figure, one style for all."""
 
 from __future__ import annotations
 
@@ -17,29 +13,23 @@ from matplotlib.patches import Circle as Disc
 from numpy.typing import ArrayLike, NDArray
 
 from msc.evaluation import Experiment
+from msc.looks import CHART_COLOURS, CHART_MARKERS, COLOURS, STYLE, TRIO
 from msc.scene import Scene
 from msc.workspace import Workspace, chain
 
-STYLE: Any = {
-    "figure.dpi": 150,
-    "figure.constrained_layout.use": True,
-    "font.size": 9,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.titlesize": 10,
-    "axes.grid": True,
-    "grid.color": "0.92",
-    "legend.frameon": False,
-    "lines.linewidth": 1.5,
-}
-COLOURS = {
-    "charts": "#0072B2",
-    "single regression": "#D55E00",
-    "nearest neighbour": "#009E73",
-    "searched": "0.35",
-}
-CHART_COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
-CHART_MARKERS = "os^DvP"
+__all__ = [
+    "CHART_COLOURS",
+    "CHART_MARKERS",
+    "COLOURS",
+    "STYLE",
+    "WEIGHT_LABELS",
+    "draw_arm",
+    "draw_world",
+    "plot_execution",
+    "plot_manifold",
+    "plot_workspaces",
+]
+
 WEIGHT_LABELS = ("$w_1^x$", "$w_2^x$", "$w_3^x$", "$w_1^y$", "$w_2^y$", "$w_3^y$")
 
 
@@ -112,7 +102,7 @@ def draw_arm(axis: Axes, world: Workspace, joints: ArrayLike, **style: Any) -> N
     points = chain(joints, world.link_lengths).T
     axis.plot(*points, **{**look, **style})
     axis.plot(*points[:, :-1], "o", color="white", mec="0.3", ms=5, zorder=3)
-    axis.plot(*points[:, -1], "o", color="#0072B2", ms=6, zorder=3)
+    axis.plot(*points[:, -1], "o", color=TRIO[0], ms=6, zorder=3)
 
 
 def plot_manifold(
@@ -151,7 +141,7 @@ def plot_manifold(
         n_charts = experiment.methods["charts"].n_charts_
         axes[0, 0].set_title(f"single regression, {n_samples} samples")
         axes[0, 1].set_title(f"{n_charts} charts, {n_samples} samples")
-        axes[0, 1].legend(fontsize=7, ncols=2)
+        axes[0, 1].legend(ncols=2)
         for axis in axes[-1]:
             axis.set_xlabel("task angle (degrees)")
     plt.close(figure)
@@ -172,7 +162,7 @@ def _draw_manifold(
             searched,
             ".",
             ms=2.5,
-            color="0.6",
+            color=COLOURS["searched"],
             label="searched",
         )
         for jump in experiment.jumps:
@@ -182,8 +172,9 @@ def _draw_manifold(
     dense = np.linspace(0, 2 * np.pi, 1441, endpoint=False)[:, None]
     draw: Any = {"dense": dense, "dimension": dimension, "experiment": experiment}
     one = np.zeros(len(dense), dtype=int)
-    _draw_regression(single, "single regression", one, ("#D55E00",), **draw)
-    single.plot(trained, values, "o", ms=3.5, color="#D55E00", mec="white", mew=0.4)
+    colour = COLOURS["single regression"]
+    _draw_regression(single, "single regression", one, (colour,), **draw)
+    single.plot(trained, values, "o", ms=3.5, color=colour, mec="white", mew=0.4)
     gate = experiment.methods["charts"].predict_chart(dense)
     _draw_regression(charts, "charts", gate, CHART_COLOURS, **draw)
     for chart in np.unique(labels):

@@ -11,14 +11,14 @@ from matplotlib.figure import Figure
 from sklearn.decomposition import PCA
 
 from msc.jumps import find_jumps, step_sizes
-from msc.plots import COLOURS, STYLE
+from msc.looks import STYLE, TRIO
 from msc.tables import WEIGHTS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-_LOOK: Any = {"color": COLOURS["charts"], "ms": 2.5, "lw": 0}
-_FAINT: Any = {"color": COLOURS["single regression"], "ms": 2.5, "lw": 0}
+_LOOK: Any = {"color": TRIO[0], "ms": 2.5, "lw": 0}
+_FAINT: Any = {"color": TRIO[1], "ms": 2.5, "lw": 0}
 
 
 def plot_quality(*tables: pd.DataFrame, names: tuple[str, ...]) -> Figure:

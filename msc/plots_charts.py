@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import PercentFormatter
 
 from msc.elbows import READINGS, most_picked
-from msc.plots import COLOURS, STYLE
+from msc.looks import SMALL, STYLE, TRIO
 
 PAPER = 4  # charts, in either workspace
 
@@ -79,10 +79,10 @@ def plot_elbows(*elbows: _Measured) -> Figure:
         for column, measured in zip(axes.T, elbows, strict=True):
             for axis, (name, label) in zip(column, READINGS.items(), strict=True):
                 _draw_reading(axis, measured["readings"][name])
-                axis.set_title(label, loc="left", fontsize=8)
+                axis.set_title(label, loc="left", fontsize=SMALL)
             column[0].set_title(measured["workspace"], loc="right", fontweight="bold")
             column[-1].set_xlabel("charts")
-        axes[0, -1].legend(fontsize=7, loc="upper right", bbox_to_anchor=(1, 0.95))
+        axes[0, -1].legend(loc="upper right", bbox_to_anchor=(1, 0.95))
         figure.supylabel("share of the parts; curve, scaled", fontsize=9)
     plt.close(figure)
     return figure
@@ -124,13 +124,13 @@ def _draw_reading(axis: Axes, reading: Mapping[str, Any]) -> None:
     times = np.array([reading["resampled"].get(f"{count}", 0) for count in counts])
     axis.bar(counts, times / max(times.sum(), 1), color="0.78", label="parts")
     axis.axvline(PAPER, color="0.3", ls=":", lw=1, label="the paper's number")
-    axis.plot(counts, height, "o-", ms=3, color=COLOURS["charts"], label="curve")
+    axis.plot(counts, height, "o-", ms=3, color=TRIO[0], label="curve")
     axis.plot(
         picked,
         height[picked - 1],
         "D",
         ms=7,
-        color=COLOURS["single regression"],
+        color=TRIO[1],
         mec="black",
         label="picked",
     )

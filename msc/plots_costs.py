@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from msc.cost_tables import LIMIT
-from msc.plots import STYLE
+from msc.looks import SMALL, STYLE, WORLDS
 
 _WAYS = {
     "mujoco": "MuJoCo, open loop",
@@ -21,10 +21,6 @@ _WAYS = {
     "search": "rollout in the search",
     "floats": "loop, floats",
     "naive": "loop, NumPy",
-}
-_LOOKS: dict[str, Any] = {
-    "free": {"color": "#0072B2", "marker": "o"},
-    "obstacles": {"color": "#D55E00", "marker": "s"},
 }
 _Figures = Mapping[str, Any]
 
@@ -81,10 +77,10 @@ def _draw_ways(axis: Axes, figures: _Figures) -> None:
             mew=0.5,
             elinewidth=1.2,
             label=world,
-            **_LOOKS[world],
+            **WORLDS[world],
         )
     axis.axvline(LIMIT, color="0.3", lw=1, ls="--")
-    axis.text(LIMIT, -0.4, f" {LIMIT:g} ×", fontsize=8, va="bottom")
+    axis.text(LIMIT, -0.4, f" {LIMIT:g} ×", fontsize=SMALL, va="bottom")
     axis.set_xscale("log")
     ticks = [tick for tick in (0.5, 1, 2, 5, 10, 20, 50) if _within(tick, axis)]
     axis.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
@@ -103,7 +99,7 @@ def _draw_growth(
     runs = sorted(
         {(run["n_tasks"], run["evaluations_per_task"]) for run in growth["runs"]}
     )
-    look = _LOOKS[growth["workspace"]]
+    look = WORLDS[growth["workspace"]]
     axis.plot(*np.transpose(runs), ms=5, label=f"{growth['workspace']}, bench", **look)
     for world, searched in figures["searches"].items():
         axis.plot(
@@ -112,7 +108,7 @@ def _draw_growth(
             ls="",
             mfc="none",
             label=f"{world}, alone",
-            **_LOOKS[world],
+            **WORLDS[world],
         )
     for world, table in tables.items():
         axis.plot(
@@ -122,7 +118,7 @@ def _draw_growth(
             ms=8,
             mec="black",
             label=f"{world}, data/",
-            **_LOOKS[world],
+            **WORLDS[world],
         )
     counts = sorted({1, *(n for n, _ in runs), *map(len, tables.values())})
     axis.set_xscale("log")
@@ -131,7 +127,7 @@ def _draw_growth(
     axis.set(xlabel="tasks searched together", ylabel="rollouts per task")
     axis.set_title("one task", loc="left")
     axis.set_ylim(bottom=0)
-    axis.legend(fontsize=7, ncols=2, loc="lower center")
+    axis.legend(ncols=2, loc="lower center")
 
 
 def _within(tick: float, axis: Axes) -> bool:

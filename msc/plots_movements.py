@@ -11,12 +11,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle as Disc
 
+from msc.looks import SMALL, STYLE, TRIO
 from msc.movements import Movements
-from msc.plots import CHART_COLOURS, STYLE
 from msc.search import cost
 
-SIDES = CHART_COLOURS[:2]  # of a break: before, after
-TOUCHED = CHART_COLOURS[4]
+SIDES = TRIO[:2]  # of a break: before, after
+TOUCHED = TRIO[1]
 
 
 def plot_tasks(
@@ -93,7 +93,7 @@ def plot_breaks(
                         way = movements.rollouts[other].path
                         axis.plot(*way.T, ":", color=its_colour, lw=1.3)
                 draw_movement(axis, movements, index, colour=colour, n_poses=n_poses)
-                axis.set_title(_caption(movements, index), pad=3, fontsize=8)
+                axis.set_title(_caption(movements, index), pad=3, fontsize=SMALL)
     plt.close(figure)
     return figure
 

@@ -7,18 +7,19 @@ from typing import Any
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 from numpy.typing import NDArray
 
 from msc.arm import Arm
 from msc.evaluation import Experiment
-from msc.plots import COLOURS, STYLE, WEIGHT_LABELS, draw_world
-from msc.scrubber import Mark, Panel, Scrubber
+from msc.looks import COLOURS, GOAL, STYLE
+from msc.plots import WEIGHT_LABELS, draw_world
+from msc.scrubber import Mark, Panel, Scrubber, choose_ticks
 from msc.workspace import chain
 
 FRAME = 3  # time steps from one picture of a film to the next: 20 pictures a second
+FLAT = 0.6  # height over width of the panels beside the arm
 WAYS: dict[str, dict[str, Any]] = {
-    "searched": {"colour": "#8a8a8a", "width": 6.0, "opacity": 0.55},
+    "searched": {"colour": COLOURS["searched"], "width": 6.0, "opacity": 0.55},
     "single regression": {"colour": COLOURS["single regression"], "width": 3.0},
     "charts": {"colour": COLOURS["charts"], "width": 3.0},
 }
@@ -96,10 +97,10 @@ def _arm_panel(
 ) -> Panel:
     """Show the world from above, with all arms."""
     world = experiment.workspace
-    marks = [Mark("ring", [[0, 0]], radius=world.goal_radius, colour="#d62728")]
+    marks = [Mark("ring", [[0, 0]], radius=world.goal_radius, colour=GOAL)]
     marks += [Mark("disc", [[x, y]], radius=radius) for x, y, radius in world.circles]
     goals = [[world.target(angle)] for angle in degrees]
-    marks.append(Mark("disc", goals, "step", colour="#d62728", radius=0.025))
+    marks.append(Mark("disc", goals, "step", colour=GOAL, radius=0.025))
     for name, film in films.items():
         look = WAYS[name]
         trail = {"width": 1.2, "opacity": 1.0, "dash": [4, 3]}
@@ -115,8 +116,8 @@ def _weight_panel(
     weight = int(np.argmax(experiment.policies.std(axis=0)))
     grid = np.rad2deg(experiment.tasks[:, 0])
     searched = experiment.policies[:, weight]
-    still: dict[str, Any] = {"colour": "#8a8a8a", "opacity": 0.8, "width": 1.2}
-    marks = [Mark("dots", np.c_[grid, searched], **still)]
+    still = Mark("dots", np.c_[grid, searched], colour=COLOURS["searched"], width=1.2)
+    marks = [still]
     marks.append(Mark("upright", _uprights(degrees), "step", width=1.0, opacity=0.5))
     for name, some in policies.items():
         points = [[[x, y]] for x, y in zip(degrees, some[:, weight], strict=True)]
@@ -130,10 +131,11 @@ def _weight_panel(
         (0, 360),
         (float(low - margin), float(high + margin)),
         marks,
+        aspect=FLAT,
         x_label="task angle (degrees)",
         y_label="policy weight " + WEIGHT_LABELS[weight].strip("$").translate(_PLAIN),
         x_ticks=(0, 90, 180, 270, 360),
-        y_ticks=_ticks(float(low), float(high)),
+        y_ticks=choose_ticks(float(low), float(high)),
     )
 
 
@@ -155,17 +157,12 @@ def _error_panel(degrees: NDArray[Any], error_cm: dict[str, NDArray[Any]]) -> Pa
         (0, 360),
         (0, float(top)),
         marks,
+        aspect=FLAT,
         x_label="task angle (degrees)",
         y_label="execution error (cm)",
         x_ticks=(0, 90, 180, 270, 360),
-        y_ticks=_ticks(0, float(top)),
+        y_ticks=choose_ticks(0, float(top)),
     )
-
-
-def _ticks(low: float, high: float) -> tuple[float, ...]:
-    """Choose a handful of round numbers."""
-    places = MaxNLocator(5).tick_values(low, high)
-    return tuple(float(f"{y:.6g}") for y in places if low <= y <= high)
 
 
 def _uprights(degrees: NDArray[Any]) -> list[list[list[float]]]:
@@ -190,6 +187,6 @@ def _poster(
                 alpha=WAYS[name].get("opacity", 1.0),
                 label=name,
             )
-        axis.legend(fontsize=7)
+        axis.legend()
     plt.close(figure)
     return figure

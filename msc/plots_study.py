@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 from numpy.typing import NDArray
 
-from msc.plots import COLOURS, STYLE
+from msc.looks import COLOURS, COUNTS, LOOKS, SMALL, STYLE
 from msc.study_tables import SIGNS, WORLDS, compare_cells
 
 if TYPE_CHECKING:
@@ -19,31 +19,7 @@ if TYPE_CHECKING:
 
 Study = dict[str, Any]
 
-LOOKS: dict[str, dict[str, Any]] = {
-    "charts": {"color": COLOURS["charts"], "marker": "o", "ls": "-"},
-    "single regression": {
-        "color": COLOURS["single regression"],
-        "marker": "s",
-        "ls": "--",
-    },
-    "CrKr": {"color": "#CC79A7", "marker": "^", "ls": "-."},
-    "nearest neighbour": {
-        "color": COLOURS["nearest neighbour"],
-        "marker": "D",
-        "ls": ":",
-    },
-    "linear interpolation": {"color": "#56B4E9", "marker": "v", "ls": ":"},
-    "single, Matérn": {"color": "#E69F00", "marker": "P", "ls": "--"},
-    "single, periodic": {"color": "0.55", "marker": "X", "ls": "--"},
-    "mean policy": {"color": "0.35", "marker": "", "ls": (0, (1, 1))},
-    "zero policy": {"color": "0.7", "marker": "", "ls": (0, (1, 1))},
-}
 PAPER = ("charts", "CrKr", "single regression")  # the methods of the paper's Figure 8
-_SWEEP_LOOKS = (
-    {"color": "#E69F00", "marker": "D", "ls": ":"},
-    {"color": "#009E73", "marker": "^", "ls": "--"},
-    {"color": "#0072B2", "marker": "o", "ls": "-"},
-)
 
 
 def plot_sample_sizes(
@@ -88,7 +64,7 @@ def plot_sample_sizes(
                 if verdicts:
                     _draw_verdicts(axis, study, design, measure, methods[1:])
             _name_sizes(column[-1], [cell["n_samples"] for cell in cells])
-        axes[0, -1].legend(fontsize=7)
+        axes[0, -1].legend()
     plt.close(figure)
     return figure
 
@@ -131,7 +107,7 @@ def _draw_verdicts(
     found = found[found["measure"] == measure]
     for row, baseline in enumerate(baselines):
         height = -0.07 * (row + 1)
-        look: Any = {"color": LOOKS[baseline]["color"], "fontsize": 8, "va": "center"}
+        look: Any = {"color": COLOURS[baseline], "fontsize": SMALL, "va": "center"}
         here = found[found["baseline"] == baseline]
         for place, one in zip(here["n_samples"], here["comparison"], strict=True):
             sign = SIGNS[one.verdict]
@@ -147,7 +123,7 @@ def _name_sizes(axis: Axes, sizes: Sequence[int]) -> None:
     """Write every number of training tasks on a logarithmic axis."""
     axis.set_xlabel("training tasks")
     axis.xaxis.set_minor_locator(NullLocator())
-    axis.set_xticks(sizes, [str(size) for size in sizes], fontsize=7)
+    axis.set_xticks(sizes, [str(size) for size in sizes], fontsize=SMALL)
 
 
 def plot_sweep(*studies: Study, measures: Sequence[str]) -> Figure:
@@ -171,7 +147,7 @@ def plot_sweep(*studies: Study, measures: Sequence[str]) -> Figure:
             sweep = pd.DataFrame(study["sweep"])
             for axis, measure in zip(column, measures, strict=True):
                 for (n_samples, cells), look in zip(
-                    sweep.groupby("n_samples"), _SWEEP_LOOKS, strict=False
+                    sweep.groupby("n_samples"), COUNTS, strict=False
                 ):
                     found = pd.DataFrame(
                         [cell[measure]["charts"] for cell in cells["measures"]]
@@ -179,7 +155,7 @@ def plot_sweep(*studies: Study, measures: Sequence[str]) -> Figure:
                     _draw_band(axis, cells["n_charts"], found, str(n_samples), look)
                 axis.set_yscale("log")
             column[-1].set(xlabel="charts", xticks=sweep["n_charts"].unique())
-        axes[0, -1].legend(fontsize=7, title="training tasks", title_fontsize=7)
+        axes[0, -1].legend(title="training tasks")
     plt.close(figure)
     return figure
 

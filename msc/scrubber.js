@@ -62,8 +62,8 @@
     });
     pen.fillText(panel.x_label, (box[0] + box[2]) / 2, box[3] + 29);
     pen.textAlign = "right";
-    panel.y_ticks.forEach((y) => {
-      pen.fillText(String(y), box[0] - 4, view.at([panel.x[0], y])[1] + 4);
+    panel.y_ticks.forEach((y, k) => {
+      pen.fillText(panel.y_names[k], box[0] - 4, view.at([panel.x[0], y])[1] + 4);
     });
     pen.save();
     pen.translate(11, (box[1] + box[3]) / 2);
@@ -142,13 +142,23 @@
 
   function tick(now) {
     if (started === null) { return; }
-    time = Math.floor(((now - started) / 1000 / data.seconds) * lastTime);
+    const share = Math.min(1, Math.max(0, (now - started) / 1000 / data.seconds));
+    if (data.walks) {
+      slider.value = Math.round(share * Number(slider.max));
+    } else {
+      time = Math.floor(share * lastTime);
+    }
     show();
-    if (time < lastTime) { requestAnimationFrame(tick); } else { started = null; }
+    if (share < 1) { requestAnimationFrame(tick); } else { started = null; }
   }
 
   function run() {
-    if (still.matches || lastTime < 1) { time = lastTime; show(); return; }
+    if (still.matches) {
+      if (data.walks) { slider.value = slider.max; }
+      time = lastTime;
+      show();
+      return;
+    }
     const running = started !== null;
     started = performance.now();
     if (!running) { requestAnimationFrame(tick); }

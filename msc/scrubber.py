@@ -19,6 +19,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 from numpy.typing import ArrayLike
 
 SCALE = 1000  # of coordinates, relative to a panel's width: as fine as a screen
@@ -82,6 +83,8 @@ class Panel:
         Names of the axes; none are drawn without `x_label`.
     x_ticks, y_ticks : tuple of float, default=()
         Where they are marked.
+    y_names : tuple of str, default=()
+        What is written there, as on a logarithmic axis; by default the numbers.
     """
 
     alt: str
@@ -93,6 +96,7 @@ class Panel:
     y_label: str = ""
     x_ticks: tuple[float, ...] = ()
     y_ticks: tuple[float, ...] = ()
+    y_names: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -119,6 +123,8 @@ class Scrubber:
         Moments of a film.
     seconds : float, default=2.2
         How long a film takes.
+    walks : bool, default=False
+        Whether **Play** walks through the steps, instead of the film of one step.
     legend : dict of str to str, optional
         Colours by name.
 
@@ -137,6 +143,7 @@ class Scrubber:
     first: int = 0
     n_times: int = 1
     seconds: float = 2.2
+    walks: bool = False
     legend: dict[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -185,13 +192,14 @@ class Scrubber:
             f'<span><i style="background:{colour}"></i>{html.escape(name)}</span>'
             for name, colour in self.legend.items()
         )
-        play = '<button type="button">Play</button>' if self.n_times > 1 else ""
+        plays = self.walks or self.n_times > 1
+        play = '<button type="button">Play</button>' if plays else ""
         data = json.dumps(self._data(), separators=(",", ":")).replace("</", "<\\/")
         return (
             '<div class="msc-scrubber">'
             f'<img class="msc-poster" alt="{html.escape(self.poster_alt)}" '
             f'src="data:image/png;base64,{image}">'
-            f'<div class="msc-panels">{canvases}</div>'
+            f'<div class="msc-panels msc-of-{len(self.panels)}">{canvases}</div>'
             f'<p class="msc-legend">{legend}</p>'
             f'<div class="msc-controls">{play}<label>{html.escape(self.name)} '
             f'<input name="step" type="range" min="0" max="{len(self.labels) - 1}" '
@@ -212,10 +220,33 @@ class Scrubber:
         return {
             "n_times": self.n_times,
             "seconds": self.seconds,
+            "walks": self.walks,
             "labels": list(self.labels),
             "captions": list(self.captions),
             "panels": [_describe(panel) for panel in self.panels],
         }
+
+
+def choose_ticks(low: float, high: float) -> tuple[float, ...]:
+    """Choose a handful of round numbers for an axis.
+
+    Parameters
+    ----------
+    low, high : float
+        Where the axis begins and ends.
+
+    Returns
+    -------
+    tuple of float
+        Numbers between them.
+
+    Examples
+    --------
+    >>> choose_ticks(-4.2, 21)
+    (0.0, 5.0, 10.0, 15.0, 20.0)
+    """
+    places = MaxNLocator(5).tick_values(low, high)
+    return tuple(float(f"{place:.6g}") for place in places if low <= place <= high)
 
 
 def _describe(panel: Panel) -> dict[str, Any]:
@@ -230,6 +261,7 @@ def _describe(panel: Panel) -> dict[str, Any]:
         "y_label": panel.y_label,
         "x_ticks": panel.x_ticks,
         "y_ticks": panel.y_ticks,
+        "y_names": panel.y_names or [f"{y:g}" for y in panel.y_ticks],
     }
     return look | {"marks": [_encode(mark, scale) for mark in panel.marks]}
 

@@ -75,7 +75,7 @@ class SMCE(ClusterMixin, BaseEstimator):  # type: ignore[misc]
     eigenvalues_ : ndarray
         Of the normalised Laplacian, ascending; all of them up to 2000 points. As many
         are zero as the graph has connected components.
-    embedding_ : ndarray of shape (n_samples, n_clusters_)
+    embedding_ : ndarray of shape (n_samples, n_clusters)
         Unit rows, among which k-means finds the charts.
     elbow_curve_ : ndarray of shape (min(max_clusters, n_samples),)
         Entry S - 1 is the within-chart sum of squares of `X` for S charts.
@@ -98,7 +98,7 @@ class SMCE(ClusterMixin, BaseEstimator):  # type: ignore[misc]
     point with exact copies among its neighbours is reconstructed by these in equal
     shares, at no cost.
 
-    Affinities are the row-normalised |c_j / d_j|, in the raw form |c_j|, pruned and
+    Affinities are the row-normalised `|c_j / d_j|`, in the raw form `|c_j|`, pruned and
     symmetrised by the larger of both directions; clustering follows [3]_. Where the
     graph has more components than charts are asked for, the data do not determine
     which components share a chart: here the smallest do.

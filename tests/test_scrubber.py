@@ -4,7 +4,7 @@ import re
 import matplotlib.pyplot as plt
 import pytest
 
-from msc.scrubber import Mark, Panel, Scrubber
+from msc.scrubber import Mark, Panel, Scrubber, choose_ticks
 
 
 def picture():
@@ -50,6 +50,29 @@ def test_the_page_needs_no_other_file_and_is_usable_without_eyes_or_script():
     assert re.search(r'<label>task angle <input name="step" type="range"', html)
     assert "<button" not in html
     assert "<button" in scrubber([film], n_times=3).to_html()
+
+
+def test_play_walks_through_steps_if_asked_to():
+    html = scrubber([still, moving], walks=True).to_html()
+    assert "<button" in html
+    assert data_of(html)["walks"] is True
+    assert data_of(scrubber([film], n_times=3).to_html())["walks"] is False
+
+
+def test_ticks_have_names_or_their_numbers():
+    def names(**more):
+        ticks = {"x_label": "x", "y_ticks": (0.0, 0.5), **more}
+        panel = Panel("axes", (0, 2), (0, 1), [still], **ticks)
+        one = Scrubber("step", ["a"], ["b"], [panel], picture(), "")
+        return data_of(one.to_html())["panels"][0]["y_names"]
+
+    assert names() == ["0", "0.5"]
+    assert names(y_names=("1", "3.2")) == ["1", "3.2"]
+
+
+def test_ticks_lie_within_the_axis():
+    assert choose_ticks(0, 1) == (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
+    assert choose_ticks(-0.05, 0.012) == (-0.045, -0.03, -0.015, 0.0)
 
 
 def test_a_caption_cannot_end_the_script():

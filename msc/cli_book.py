@@ -1,0 +1,144 @@
+"""The command line of the book: run a chapter, build, print, pack, compare."""
+
+from __future__ import annotations
+
+import argparse
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import yaml
+from tqdm import tqdm
+
+from msc.book import build_book
+from msc.chapters import BookError, run_chapters
+from msc.cli_search import check_output
+from msc.notebook import write_notebook
+
+if TYPE_CHECKING:
+    from msc.cli_search import Commands
+
+
+def add_run(commands: Commands) -> None:
+    """Declare `msc run`.
+
+    Parameters
+    ----------
+    commands : action of argparse
+        Where commands are added.
+    """
+    parser = commands.add_parser("run", help="execute one chapter")
+    parser.add_argument(
+        "chapter", type=Path, help="for example book/fig3_free_24.ipynb"
+    )
+    parser.add_argument(
+        "-p",
+        dest="parameters",
+        nargs=2,
+        action="append",
+        default=[],
+        metavar=("NAME", "VALUE"),
+        help="a parameter of the chapter; may be repeated",
+    )
+    parser.add_argument("--out", type=Path, required=True, help="an .ipynb file")
+    parser.set_defaults(run=_run_chapter)
+
+
+def _run_chapter(options: argparse.Namespace) -> None:
+    """Execute a chapter by papermill; refuse parameters that it does not have."""
+    out: Path = options.out
+    check_output(out, ".ipynb")
+    given = {name: yaml.safe_load(value) for name, value in options.parameters}
+    root = Path.cwd()
+    chapters = {options.chapter: given}
+    (chapter,) = run_chapters(
+        chapters, root=root, cache=root / "_build/cache", jobs=1, say=print
+    )
+    write_notebook(chapter.notebook, out)
+    print(f"{out}: {chapter.record.seconds:.1f} s")
+
+
+def add_book(commands: Commands) -> None:
+    """Declare `msc book`.
+
+    Parameters
+    ----------
+    commands : action of argparse
+        Where commands are added.
+    """
+    parser = commands.add_parser("book", help="execute the chapters, build the book")
+    _add_building(parser)
+    parser.set_defaults(run=_run_book)
+
+
+def _run_book(options: argparse.Namespace) -> None:
+    """Build the book; print which chapters are executed, why, and the index page."""
+    index = build_book(profile=options.profile, jobs=options.jobs, say=tqdm.write)
+    print(f"The book: {index}")
+
+
+def add_release(commands: Commands) -> None:
+    """Declare `msc release`.
+
+    Parameters
+    ----------
+    commands : action of argparse
+        Where commands are added.
+    """
+    parser = commands.add_parser("release", help="pack the built book as a zip")
+    parser.set_defaults(run=_run_release)
+
+
+def _run_release(_: argparse.Namespace) -> None:
+    """Pack the built book."""
+    from msc.release import release_book
+
+    print(release_book(Path.cwd()))
+
+
+def add_pdf(commands: Commands) -> None:
+    """Declare `msc pdf`.
+
+    Parameters
+    ----------
+    commands : action of argparse
+        Where commands are added.
+    """
+    parser = commands.add_parser("pdf", help="print the built book as a PDF")
+    parser.set_defaults(run=_run_pdf)
+
+
+def _run_pdf(_: argparse.Namespace) -> None:
+    """Print the built book."""
+    from msc.print_book import print_book
+
+    print(print_book(Path.cwd()))
+
+
+def add_twice(commands: Commands) -> None:
+    """Declare `msc twice`.
+
+    Parameters
+    ----------
+    commands : action of argparse
+        Where commands are added.
+    """
+    parser = commands.add_parser("twice", help="build the book again, and compare")
+    _add_building(parser)
+    parser.set_defaults(run=_run_twice)
+
+
+def _run_twice(options: argparse.Namespace) -> None:
+    """Build the book here and elsewhere; fail where they differ."""
+    from msc.release import build_twice
+
+    different = build_twice(
+        Path.cwd(), profile=options.profile, jobs=options.jobs, say=tqdm.write
+    )
+    if different:
+        raise BookError(f"built again, these differ: {', '.join(different)}")
+    print("built again elsewhere, the book has the same bytes")
+
+
+def _add_building(parser: argparse.ArgumentParser) -> None:
+    parser.add_argument("--profile", default="quick", help="quick (default) or full")
+    parser.add_argument("--jobs", type=int, default=2, help="chapters at a time (2)")

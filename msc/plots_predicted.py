@@ -1,0 +1,209 @@
+"""A slider over tasks that were never searched: chart, prediction, movement."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.figure import Figure
+from numpy.typing import ArrayLike, NDArray
+
+from msc.arm import Arm, Rollout
+from msc.looks import CHART_COLOURS, COLOURS, GOAL, LOOKS, STYLE
+from msc.plots import WEIGHT_LABELS, draw_arm, draw_world
+from msc.plots_skill import DENSE
+from msc.scrubber import Mark, Panel, Scrubber
+from msc.skill import ParameterizedSkill
+from msc.workspace import Workspace, chain
+
+FRAME = 6  # time steps from one picture of a film to the next
+_PLAIN = str.maketrans({"$": "", "_": "", "^": ""})
+
+
+def scrub_predictions(
+    learners: Mapping[str, Any],
+    tasks: ArrayLike,
+    policies: ArrayLike,
+    *,
+    arm: Arm,
+    degrees: ArrayLike,
+    weight: int,
+    first_deg: float = 180.0,
+) -> Scrubber:
+    """Let the reader drag a task and see what learners predict and the arm does.
+
+    Parameters
+    ----------
+    learners : mapping from str to estimator
+        Fitted, by the names of methods; the first is a skill with charts.
+    tasks : array_like of shape (n_tasks, 1)
+        What they were trained on (rad).
+    policies : array_like of shape (n_tasks, n_params)
+        Their policies.
+    arm : Arm
+        What executes the predictions.
+    degrees : array_like of shape (n_steps,)
+        The tasks on the slider (degrees).
+    weight : int
+        The policy dimension that is drawn.
+    first_deg : float, default=180.0
+        The slider's first task is the one nearest to this (degrees).
+
+    Returns
+    -------
+    Scrubber
+        Three panels: the arm, with goals in the colours of their charts; the weight
+        over the tasks; the distances that are left.
+    """
+    trained = np.asarray(tasks), np.asarray(policies)
+    angles = np.asarray(degrees, dtype=float)
+    asked = np.deg2rad(angles)[:, None]
+    skill = next(iter(learners.values()))
+    charts = skill.predict_chart(asked)
+    found = {name: learner.predict(asked) for name, learner in learners.items()}
+    rollouts = {
+        name: arm.execute_many(some, angles.tolist()) for name, some in found.items()
+    }
+    missed = {
+        name: np.array([100 * rollout.error for rollout in some])
+        for name, some in rollouts.items()
+    }
+    first = int(np.abs(angles - first_deg).argmin())
+    captions = [
+        f"Task {angle:g}°: chart {charts[k] + 1}. Ends from the goal: "
+        + ", ".join(f"{name} {left[k]:.2f} cm" for name, left in missed.items())
+        for k, angle in enumerate(angles)
+    ]
+    return Scrubber(
+        name="task angle",
+        labels=[f"{angle:g} degrees" for angle in angles],
+        captions=captions,
+        panels=[
+            _arm_panel(arm, angles, skill, trained[0], rollouts),
+            _weight_panel(angles, skill, trained, found, weight),
+            _missed_panel(angles, missed),
+        ],
+        poster=_poster(arm.workspace, rollouts, angles, first),
+        poster_alt=f"The arm at the end of predicted movements: {captions[first]}",
+        first=first,
+        n_times=-(-len(rollouts[next(iter(learners))][0].joints) // FRAME),
+        legend={name: COLOURS[name] for name in learners},
+    )
+
+
+def _arm_panel(
+    arm: Arm,
+    angles: NDArray[np.float64],
+    skill: ParameterizedSkill,
+    tasks: NDArray[np.float64],
+    rollouts: Mapping[str, list[Rollout]],
+) -> Panel:
+    """Show the world from above: training goals by chart, the goal, the arms."""
+    world = arm.workspace
+    marks = [Mark("ring", [[0, 0]], radius=world.goal_radius, colour=GOAL)]
+    marks += [Mark("disc", [[x, y]], radius=radius) for x, y, radius in world.circles]
+    goals = world.target(np.rad2deg(tasks[:, 0]))
+    for chart in range(skill.n_charts_):
+        look: Any = {"colour": CHART_COLOURS[chart % 6], "width": 4.0}
+        marks.append(Mark("dots", goals[skill.charts_ == chart], **look))
+    here = [[world.target(angle)] for angle in angles]
+    marks.append(Mark("ring", here, "step", colour=GOAL, radius=0.05, width=3.0))
+    for name, some in reversed(rollouts.items()):
+        joints = np.array([one.joints[::FRAME] for one in some])
+        film = chain(joints, world.link_lengths)
+        trail = {"width": 1.2, "opacity": 1.0, "dash": [4, 3]}
+        mark: Any = {"colour": COLOURS[name], "width": 3.0, "trail": trail}
+        marks.append(Mark("line", film, "time", **mark))
+    alt = "The arm from above, goals coloured by chart, the goal, and the movements."
+    return Panel(alt, (-1.0, 1.0), (-1.0, 1.0), marks)
+
+
+def _weight_panel(
+    angles: NDArray[np.float64],
+    skill: ParameterizedSkill,
+    trained: tuple[NDArray[np.float64], NDArray[np.float64]],
+    found: Mapping[str, NDArray[np.float64]],
+    weight: int,
+) -> Panel:
+    """Show the skill's curves and bands by chart, and all predictions for the task."""
+    tasks, policies = trained
+    gate = skill.predict_chart(DENSE)
+    mean, std = (both[:, weight] for both in skill.predict(DENSE, return_std=True))
+    places, values = np.rad2deg(DENSE[:, 0]), policies[:, weight]
+    span = np.ptp(values)
+    low, high = float(values.min() - 0.25 * span), float(values.max() + 0.25 * span)
+    marks = []
+    for piece in np.split(np.arange(len(gate)), np.flatnonzero(np.diff(gate)) + 1):
+        colour, some = CHART_COLOURS[gate[piece[0]] % 6], piece[::3]
+        for sign, look in ((-2, 0.35), (2, 0.35), (0, 1.0)):
+            line = np.clip(mean[some] + sign * std[some], low, high)
+            points: Any = np.c_[places[some], line]
+            width = 2.5 if sign == 0 else 1.0
+            marks.append(Mark("line", points, colour=colour, opacity=look, width=width))
+    for chart in range(skill.n_charts_):
+        here = skill.charts_ == chart
+        dots: Any = np.c_[np.rad2deg(tasks[here, 0]), values[here]]
+        marks.append(Mark("dots", dots, colour=CHART_COLOURS[chart % 6], width=4.0))
+    upright = [[[float(angle), low]] for angle in angles]
+    marks.append(Mark("upright", upright, "step", width=1.0, opacity=0.5))
+    for name, some in reversed(found.items()):
+        at = np.clip(some[:, weight], low, high)
+        points = [[[x, y]] for x, y in zip(angles, at, strict=True)]
+        marks.append(Mark("dots", points, "step", colour=COLOURS[name], width=5.5))
+    return Panel(
+        "One policy weight over the task angle: a curve with its band for every chart.",
+        (0, 360),
+        (low, high),
+        marks,
+        x_label="task angle (degrees)",
+        y_label="policy weight " + WEIGHT_LABELS[weight].translate(_PLAIN),
+        x_ticks=(0, 90, 180, 270, 360),
+        y_ticks=(round(float(values.min())), 0, round(float(values.max()))),
+    )
+
+
+def _missed_panel(
+    angles: NDArray[np.float64], missed: Mapping[str, NDArray[np.float64]]
+) -> Panel:
+    """Show how far from the goal the movements end, over the tasks."""
+    top = 1.05 * max(float(left.max()) for left in missed.values())
+    upright = [[[float(angle), 0.0]] for angle in angles]
+    marks = [Mark("upright", upright, "step", width=1.0, opacity=0.5)]
+    for name, left in reversed(missed.items()):
+        points = np.c_[angles, left]
+        marks.append(Mark("line", points, colour=COLOURS[name]))
+        here = [[point] for point in points]
+        marks.append(Mark("dots", here, "step", colour=COLOURS[name], width=5.0))
+    half = float(f"{top / 2:.1g}")
+    return Panel(
+        "How far from the goal the movements end, over the task angle.",
+        (0, 360),
+        (0, top),
+        marks,
+        x_label="task angle (degrees)",
+        y_label="left to the goal (cm)",
+        x_ticks=(0, 90, 180, 270, 360),
+        y_ticks=(0, half, 2 * half) if 2 * half <= top else (0, half),
+    )
+
+
+def _poster(
+    world: Workspace,
+    rollouts: Mapping[str, list[Rollout]],
+    angles: NDArray[np.float64],
+    first: int,
+) -> Figure:
+    """Draw one step as a picture: the movements and the poses at their ends."""
+    with plt.rc_context(STYLE):
+        figure, plane = plt.subplots(figsize=(4.2, 4.2))
+        draw_world(plane, world)
+        for name, some in reversed(rollouts.items()):
+            look: Any = {"color": COLOURS[name], "label": name, "ls": LOOKS[name]["ls"]}
+            draw_arm(plane, world, some[first].joints[-1], lw=3, color=COLOURS[name])
+            plane.plot(*some[first].path.T, **look)
+        plane.plot(*world.target(angles[first]), "o", color=GOAL, ms=8, zorder=5)
+        plane.legend(loc="lower right")
+    plt.close(figure)
+    return figure

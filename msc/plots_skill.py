@@ -1,0 +1,283 @@
+"""Pictures that explain the skill: from a task to a movement, and beside its rivals."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import pairwise
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Circle as Disc
+from matplotlib.patches import ConnectionPatch
+from numpy.typing import ArrayLike, NDArray
+
+from msc.arm import Rollout
+from msc.looks import CHART_COLOURS, CHART_MARKERS, COLOURS, GOAL, LOOKS, SMALL, STYLE
+from msc.plots import WEIGHT_LABELS, draw_arm
+from msc.skill import ParameterizedSkill
+from msc.workspace import Workspace
+
+DENSE = np.linspace(0, 2 * np.pi, 721, endpoint=False)[:, None]  # tasks (rad)
+
+
+def plot_composition(
+    skill: ParameterizedSkill,
+    tasks: ArrayLike,
+    policies: ArrayLike,
+    *,
+    world: Workspace,
+    task_deg: float,
+    rollout: Rollout,
+    weight: int,
+) -> Figure:
+    """Draw how the skill turns one task into a movement.
+
+    Parameters
+    ----------
+    skill : ParameterizedSkill
+        The skill, fitted.
+    tasks : array_like of shape (n_tasks, 1)
+        What it was trained on (rad).
+    policies : array_like of shape (n_tasks, n_params)
+        Their policies.
+    world : Workspace
+        Where.
+    task_deg : float
+        The new task (degrees).
+    rollout : Rollout
+        What the arm did with the policy predicted for it.
+    weight : int
+        The policy dimension whose regression is drawn.
+
+    Returns
+    -------
+    Figure
+        Numbered panels joined by arrows: the task; the gate; the regression of the
+        task's chart, the others pale; the six weights predicted; the movement.
+    """
+    tasks, policies = np.asarray(tasks), np.asarray(policies)
+    new = np.deg2rad([[task_deg]])
+    chart = int(skill.predict_chart(new)[0])
+    mean, std = skill.predict(new, return_std=True)
+    colour = CHART_COLOURS[chart % 6]
+    with plt.rc_context(STYLE):
+        figure = plt.figure(figsize=(7.4, 6.4))
+        grid = figure.add_gridspec(
+            3, 2, width_ratios=(1, 1.35), height_ratios=(0.28, 1.35, 1.5)
+        )
+        task = figure.add_subplot(grid[:2, 0])
+        gate = figure.add_subplot(grid[0, 1])
+        curve = figure.add_subplot(grid[1, 1], sharex=gate)
+        bars = figure.add_subplot(grid[2, 1])
+        plane = figure.add_subplot(grid[2, 0])
+        goal = world.target(task_deg)
+        _draw_goals(task, skill, tasks, world)
+        task.plot(*goal, "*", color=GOAL, ms=13, mec="white", zorder=6)
+        task.set_title("1  a task, never searched", loc="left")
+        _draw_gate(gate, skill)
+        gate.axvline(task_deg, color=GOAL, lw=1.5)
+        gate.set_title(f"2  the gate: chart {chart + 1}", loc="left")
+        draw_charts(curve, skill, tasks, policies, weight=weight, only=chart)
+        curve.axvline(task_deg, color=GOAL, lw=1.5)
+        curve.plot(task_deg, mean[0, weight], "*", color=GOAL, ms=13, mec="white")
+        curve.set_title("3  that chart's regressions, one a weight", loc="left")
+        curve.set(xlabel="task angle (degrees)", xticks=range(0, 361, 60))
+        curve.set_ylabel(f"weight {WEIGHT_LABELS[weight]}")
+        look: Any = {"color": colour, "ecolor": "0.2", "capsize": 4}
+        bars.bar(range(len(mean[0])), mean[0], yerr=2 * std[0], **look)
+        bars.set_axisbelow(True)
+        bars.axhline(0, color="0.3", lw=0.8)
+        bars.set_xticks(range(len(mean[0])), WEIGHT_LABELS)
+        bars.set_title("4  the policy: six weights", loc="left")
+        _draw_movement(plane, world, rollout, goal)
+        plane.set_title("5  the movement", loc="left")
+        _join(figure, task, goal, gate, (task_deg, 0.5))
+        predicted = mean[0, weight]
+        _join(figure, curve, (task_deg, predicted), bars, (weight, predicted))
+        _join(figure, bars, (-0.6, 0.0), plane, goal)
+    plt.close(figure)
+    return figure
+
+
+def plot_rivals(
+    learners: Mapping[str, Any],
+    tasks: NDArray[np.float64],
+    policies: NDArray[np.float64],
+    *,
+    chosen: NDArray[np.intp],
+    weight: int,
+) -> Figure:
+    """Draw one weight over the tasks as several learners predict it.
+
+    Parameters
+    ----------
+    learners : mapping from str to estimator
+        Fitted, by the names of methods; a skill of several charts in their colours.
+    tasks : ndarray of shape (n_grid, 1)
+        Tasks (rad).
+    policies : ndarray of shape (n_grid, n_params)
+        Their searched policies.
+    chosen : ndarray of int
+        Indices of those trained on.
+    weight : int
+        The policy dimension.
+
+    Returns
+    -------
+    Figure
+        One panel a learner; grey points are all searched policies.
+    """
+    searched = policies[:, weight]
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(
+            1, len(learners), figsize=(7.4, 2.9), sharex=True, sharey=True
+        )
+        for axis, (name, learner) in zip(axes, learners.items(), strict=True):
+            dots: Any = {"ms": 2.5, "color": COLOURS["searched"]}
+            axis.plot(np.rad2deg(tasks[:, 0]), searched, ".", **dots)
+            if getattr(learner, "n_charts_", 1) > 1:
+                trained = tasks[chosen], policies[chosen]
+                draw_charts(axis, learner, *trained, weight=weight)
+            else:
+                _draw_single(axis, learner, weight, COLOURS[name])
+                at = np.rad2deg(tasks[chosen, 0]), searched[chosen]
+                look: Any = {"color": COLOURS[name], "mec": "white", "mew": 0.4}
+                axis.plot(*at, LOOKS[name]["marker"], ms=4, **look)
+            axis.set(title=name, xticks=range(0, 361, 120))
+            axis.set_xlabel("task angle (degrees)")
+        margin = 0.15 * np.ptp(searched)
+        axes[0].set_ylim(searched.min() - margin, searched.max() + margin)
+        axes[0].set_ylabel(f"policy weight {WEIGHT_LABELS[weight]}")
+    plt.close(figure)
+    return figure
+
+
+def draw_charts(
+    axis: Axes,
+    skill: ParameterizedSkill,
+    tasks: NDArray[np.float64],
+    policies: NDArray[np.float64],
+    *,
+    weight: int,
+    only: int | None = None,
+) -> None:
+    """Draw a weight over the tasks, with bands of two standard deviations, by chart.
+
+    Parameters
+    ----------
+    axis : Axes
+        The panel.
+    skill : ParameterizedSkill
+        The skill, fitted.
+    tasks : ndarray of shape (n_tasks, 1)
+        What it was trained on (rad).
+    policies : ndarray of shape (n_tasks, n_params)
+        Their policies.
+    weight : int
+        The policy dimension.
+    only : int, optional
+        A chart that stands out while the others are pale; by default none does.
+    """
+    gate = skill.predict_chart(DENSE)
+    mean, std = (both[:, weight] for both in skill.predict(DENSE, return_std=True))
+    angles = np.rad2deg(DENSE[:, 0])
+    for piece in np.split(np.arange(len(gate)), np.flatnonzero(np.diff(gate)) + 1):
+        chart = gate[piece[0]]
+        pale = 1.0 if only in (None, chart) else 0.3
+        look: Any = {"color": CHART_COLOURS[chart % 6]}
+        axis.plot(angles[piece], mean[piece], alpha=pale, **look)
+        edges = mean[piece] - 2 * std[piece], mean[piece] + 2 * std[piece]
+        axis.fill_between(angles[piece], *edges, alpha=0.2 * pale, lw=0, **look)
+    for chart in np.unique(skill.charts_):
+        here = skill.charts_ == chart
+        axis.plot(
+            np.rad2deg(tasks[here, 0]),
+            policies[here, weight],
+            CHART_MARKERS[chart % 6],
+            color=CHART_COLOURS[chart % 6],
+            alpha=1.0 if only in (None, chart) else 0.4,
+            ms=5,
+            mec="white",
+            mew=0.4,
+        )
+    span = np.ptp(policies[:, weight])
+    low, high = policies[:, weight].min(), policies[:, weight].max()
+    axis.set_ylim(low - 0.25 * span, high + 0.25 * span)
+
+
+def _draw_single(axis: Axes, learner: Any, weight: int, colour: str) -> None:
+    """Draw one regression over all tasks; its band, if it has one in these units."""
+    angles = np.rad2deg(DENSE[:, 0])
+    mean = learner.predict(DENSE)[:, weight]
+    axis.plot(angles, mean, color=colour)
+    if isinstance(learner, ParameterizedSkill):
+        std = learner.predict(DENSE, return_std=True)[1][:, weight]
+        edges = mean - 2 * std, mean + 2 * std
+        axis.fill_between(angles, *edges, color=colour, alpha=0.15, lw=0)
+
+
+def _draw_goals(
+    axis: Axes, skill: ParameterizedSkill, tasks: NDArray[np.float64], world: Workspace
+) -> None:
+    """Draw the goals of the training tasks in the colours of their charts."""
+    _draw_ground(axis, world)
+    draw_arm(axis, world, world.home, alpha=0.5)
+    for chart in range(skill.n_charts_):
+        goals = world.target(np.rad2deg(tasks[skill.charts_ == chart, 0]))
+        look: Any = {"color": CHART_COLOURS[chart % 6], "ms": 6, "mec": "white"}
+        marker, label = CHART_MARKERS[chart % 6], f"chart {chart + 1}"
+        axis.plot(*goals.T, marker, ls="", label=label, zorder=4, **look)
+    axis.legend(loc="lower right", ncols=2, columnspacing=0.8, handletextpad=0.1)
+
+
+def _draw_gate(axis: Axes, skill: ParameterizedSkill) -> None:
+    """Draw which chart the gate names, over the tasks."""
+    gate = skill.predict_chart(DENSE)
+    ends = np.flatnonzero(np.diff(gate, prepend=-1, append=-1))
+    for start, stop in pairwise(ends):
+        chart, step = gate[start], 360 / len(gate)
+        axis.axvspan(start * step, stop * step, color=CHART_COLOURS[chart % 6], lw=0)
+        if stop - start > 20:
+            middle, text = (start + stop) / 2 * step, f"{chart + 1}"
+            look: Any = {"ha": "center", "va": "center", "fontweight": "bold"}
+            box = {"boxstyle": "circle,pad=0.15", "fc": "white", "ec": "none"}
+            axis.text(middle, 0.5, text, fontsize=SMALL, bbox=box, **look)
+    axis.set(xlim=(0, 360), ylim=(0, 1), yticks=())
+    axis.tick_params(labelbottom=False)
+    axis.grid(visible=False)
+
+
+def _draw_movement(
+    axis: Axes, world: Workspace, rollout: Rollout, goal: NDArray[np.float64]
+) -> None:
+    """Draw the movement as a stroboscope would show it."""
+    _draw_ground(axis, world)
+    for step in np.linspace(0, len(rollout.joints) - 1, 5).round().astype(int):
+        pale = 0.2 + 0.6 * step / (len(rollout.joints) - 1)
+        draw_arm(axis, world, rollout.joints[step], lw=3, color=str(1 - pale))
+    axis.plot(*rollout.path.T, color=COLOURS["charts"], lw=2, zorder=4)
+    axis.plot(*goal, "*", color=GOAL, ms=11, mec="white", zorder=6)
+    axis.set_xlabel(f"ends {100 * rollout.error:.2f} cm from the goal")
+
+
+def _draw_ground(axis: Axes, world: Workspace) -> None:
+    """Draw the goal circle and the obstacles, without numbers."""
+    axis.add_patch(Disc((0, 0), world.goal_radius, fill=False, color=GOAL, lw=1))
+    for circle in world.circles:
+        axis.add_patch(Disc((circle.x, circle.y), circle.radius, color="black"))
+    axis.set(xlim=(-0.95, 0.8), ylim=(-0.95, 0.8), aspect="equal", xticks=(), yticks=())
+    axis.spines[["left", "bottom"]].set_visible(False)
+
+
+def _join(figure: Figure, one: Axes, here: Any, two: Axes, there: Any) -> None:
+    """Draw an arrow from a place in one panel to a place in another."""
+    look: Any = {"arrowstyle": "-|>", "mutation_scale": 12, "color": "0.35"}
+    bend: Any = {"connectionstyle": "arc3,rad=-0.15", "shrinkA": 9, "shrinkB": 9}
+    arrow = ConnectionPatch(
+        here, there, one.transData, two.transData, zorder=10, **look, **bend
+    )
+    arrow.set_in_layout(False)
+    figure.add_artist(arrow)

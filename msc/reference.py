@@ -1,0 +1,258 @@
+"""What pages of the reference include: parameters, commands and tests, as Markdown.
+
+Each is made from what it tells of (the chapters, the command line, the tests that
+`equations.md` names), so that no page holds a copy that could grow old.
+"""
+
+from __future__ import annotations
+
+import ast
+import io
+import re
+import shutil
+import tokenize
+from collections.abc import Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+from msc import notebook as nb
+from msc.chapters import BookError, run_tool
+
+PARAMETERS = "parameters_tables.md"
+COMMANDS = "commands_help.md"
+TESTS = "tests_sources.md"
+
+# A link to a test: [its words](test_file.test_name).
+_TEST_LINK = re.compile(r"\]\((test_\w+)\.(test_\w+)\)")
+
+
+class Parameter(NamedTuple):
+    """What a chapter's parameters cell assigns, and its comment."""
+
+    name: str
+    default: str
+    meaning: str
+
+
+def write_reference(root: Path, stage: Path, chapters: Sequence[Path]) -> None:
+    """Write what pages of the reference include, and lay out what they link to.
+
+    Parameters
+    ----------
+    root : Path
+        The repository. What belongs to a page that it lacks is left out.
+    stage : Path
+        Folder that mirrors the repository; the pages lie in its `book/`.
+    chapters : sequence of Path
+        The notebooks, in the order of the book.
+
+    Raises
+    ------
+    ValueError
+        If `equations.md` names a test that does not exist.
+    BookError
+        If the command line does not tell its options.
+    """
+    book, folder = root / "book", stage / "book"
+    if (root / "CHANGELOG.md").is_file():
+        shutil.copy(root / "CHANGELOG.md", stage)
+    if (book / "parameters.md").is_file():
+        tables = parameters_markdown(chapters)
+        (folder / PARAMETERS).write_text(tables, encoding="utf-8")
+    if (book / "commands.md").is_file():
+        told = run_tool("msc.cli:main", ["help"], COLUMNS="80")
+        if told.returncode != 0:
+            raise BookError(f"msc help failed:\n{told.stderr.strip()}")
+        (folder / COMMANDS).write_text(commands_markdown(told.stdout), encoding="utf-8")
+    if (book / "equations.md").is_file():
+        links = named_tests((book / "equations.md").read_text(encoding="utf-8"))
+        (stage / "tests").mkdir(exist_ok=True)
+        for file in dict.fromkeys(file for file, _ in links):
+            shutil.copy(root / "tests" / f"{file}.py", stage / "tests")
+        (folder / TESTS).write_text(sources_markdown(links, root), encoding="utf-8")
+
+
+def described_parameters(notebook: nb.Notebook) -> list[Parameter]:
+    r"""Return what a chapter's parameters cell assigns.
+
+    Parameters
+    ----------
+    notebook : dict
+        The chapter.
+
+    Returns
+    -------
+    list of Parameter
+        In the order of the cell: name, default as Python writes it, and the comment on
+        the assignment's last line, empty if there is none.
+
+    Examples
+    --------
+    >>> code = "n_samples = 24  # training tasks\nseed: int = 0"
+    >>> cell = {"source": code, "metadata": {"tags": ["parameters"]}}
+    >>> [tuple(found) for found in described_parameters({"cells": [cell]})]
+    [('n_samples', '24', 'training tasks'), ('seed', '0', '')]
+    """
+    found = []
+    for cell in notebook["cells"]:
+        if "parameters" not in nb.tags(cell):
+            continue
+        code = nb.source(cell)
+        comments = {
+            token.start[0]: token.string.lstrip("# ").strip()
+            for token in tokenize.generate_tokens(io.StringIO(code).readline)
+            if token.type == tokenize.COMMENT
+        }
+        for node in ast.parse(code).body:
+            if isinstance(node, ast.Assign | ast.AnnAssign) and node.value:
+                target = (
+                    node.targets[0] if isinstance(node, ast.Assign) else node.target
+                )
+                meaning = comments.get(node.end_lineno or 0, "")
+                default = ast.unparse(node.value)
+                found.append(Parameter(ast.unparse(target), default, meaning))
+    return found
+
+
+def parameters_markdown(chapters: Sequence[Path]) -> str:
+    """Write a table of parameters for each chapter that has some.
+
+    Parameters
+    ----------
+    chapters : sequence of Path
+        Notebooks.
+
+    Returns
+    -------
+    str
+        Markdown: a section a chapter, named and linked by its title, and a sentence
+        that names the others.
+    """
+    sections, others = [], []
+    for path in chapters:
+        notebook = nb.read_notebook(path)
+        parameters = described_parameters(notebook)
+        link = f"[{_title(notebook) or path.stem}]({path.stem})"
+        if not parameters:
+            others.append(link)
+            continue
+        rows = [
+            f"| `{name}` | `{default}` | {meaning or '–'} |"
+            for name, default, meaning in parameters
+        ]
+        head = f"## {link}\n\n`book/{path.name}`\n"
+        table = ["| parameter | default | meaning |", "|---|---|---|", *rows]
+        sections.append("\n".join([head, *table]))
+    if others:
+        sections.append(f"Without parameters: {', '.join(others)}.")
+    return "\n\n".join(sections) + "\n"
+
+
+def commands_markdown(text: str) -> str:
+    r"""Lay out what `msc help` prints.
+
+    Parameters
+    ----------
+    text : str
+        The overview, then the help of each command.
+
+    Returns
+    -------
+    str
+        Markdown: the overview, and a section a command.
+
+    Examples
+    --------
+    >>> print(commands_markdown("usage: msc COMMAND\n\nusage: msc run [-h]\n"))
+    ```text
+    usage: msc COMMAND
+    ```
+    <BLANKLINE>
+    ## msc run
+    <BLANKLINE>
+    ```text
+    usage: msc run [-h]
+    ```
+    <BLANKLINE>
+    """
+    sections = []
+    for part in re.split(r"^(?=usage: )", text, flags=re.MULTILINE):
+        if part.strip():
+            command = re.match(r"usage: (msc [a-z]+)", part)
+            head = f"## {command[1]}\n\n" if command else ""
+            sections.append(f"{head}```text\n{part.strip()}\n```")
+    return "\n\n".join(sections) + "\n"
+
+
+def named_tests(page: str) -> list[tuple[str, str]]:
+    """List the tests that a page links to.
+
+    Parameters
+    ----------
+    page : str
+        Markdown.
+
+    Returns
+    -------
+    list of tuple of str
+        File, without its ending, and name of each test, once, in order.
+
+    Examples
+    --------
+    >>> named_tests("[a spring](test_dmp.test_a), [again](test_dmp.test_a)")
+    [('test_dmp', 'test_a')]
+    """
+    return list(dict.fromkeys(_TEST_LINK.findall(page)))
+
+
+def sources_markdown(links: Sequence[tuple[str, str]], root: Path) -> str:
+    """Show the source of tests.
+
+    Parameters
+    ----------
+    links : sequence of tuple of str
+        File and name of each.
+    root : Path
+        The repository.
+
+    Returns
+    -------
+    str
+        Markdown: a section a file, with the whole of it for download, and in it the
+        tests, each under the anchor `file.name`.
+
+    Raises
+    ------
+    ValueError
+        If a test does not exist.
+    """
+    sections = []
+    for file in dict.fromkeys(file for file, _ in links):
+        path = root / "tests" / f"{file}.py"
+        sections.append(
+            f"## {file}.py\n\n{{download}}`The whole file <../tests/{file}.py>`"
+        )
+        for name in (name for other, name in links if other == file):
+            code = _source(path, name)
+            sections.append(f"({file}.{name})=\n### {name}\n\n```python\n{code}\n```")
+    return "\n\n".join(sections) + "\n"
+
+
+def _source(path: Path, name: str) -> str:
+    """Return the source of one test, its decorators included."""
+    text = path.read_text(encoding="utf-8") if path.is_file() else ""
+    for node in ast.parse(text).body:
+        if isinstance(node, ast.FunctionDef) and node.name == name:
+            first = min([node.lineno, *(one.lineno for one in node.decorator_list)])
+            return "\n".join(text.splitlines()[first - 1 : node.end_lineno])
+    raise ValueError(
+        f"equations.md names {path.stem}.{name}, but tests/{path.name} has no such test"
+    )
+
+
+def _title(notebook: nb.Notebook) -> str:
+    """Return a chapter's first heading, without its number's markup."""
+    for cell in notebook["cells"]:
+        if heading := re.search(r"^# (.+)$", nb.source(cell), re.MULTILINE):
+            return heading[1].strip() if cell["cell_type"] == "markdown" else ""
+    return ""

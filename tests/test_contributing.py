@@ -1,0 +1,221 @@
+"""What contributors run: hooks, JupyterLab, workflows, containers."""
+
+import json
+import os
+import re
+import shutil
+import socket
+import subprocess
+import sys
+import time
+import urllib.request
+from pathlib import Path
+
+import pytest
+import yaml
+
+ROOT = Path(__file__).parents[1]
+MAKEFILE = (ROOT / "Makefile").read_text(encoding="utf-8")
+TARGETS = set(re.findall(r"^([a-z][a-z-]*):.*## ", MAKEFILE, re.M))
+WORKFLOWS = sorted((ROOT / ".github" / "workflows").glob("*.yml"))
+MADE = (".venv", "_build")  # not in the repository
+
+
+def steps(path):
+    """Return the steps of all jobs of a workflow."""
+    jobs = yaml.safe_load(path.read_text(encoding="utf-8"))["jobs"]
+    return [step for job in jobs.values() for step in job["steps"]]
+
+
+def commands(path):
+    """Return the command lines that a file has a machine run."""
+    if path.suffix == ".yml":
+        return [
+            line for step in steps(path) for line in step.get("run", "").split("\n")
+        ]
+    told = json.loads(path.read_text(encoding="utf-8"))
+    return [text for key, text in told.items() if key.endswith("Command")]
+
+
+CONTAINER = ROOT / ".devcontainer" / "devcontainer.json"
+
+
+@pytest.mark.parametrize("path", [*WORKFLOWS, CONTAINER], ids=lambda path: path.name)
+def test_what_is_run_exists(path):
+    lines = [line for line in commands(path) if line]
+    assert lines
+    for line in lines:
+        program, *arguments = line.split()
+        if program == "make":
+            wanted = {word for word in arguments if "=" not in word}
+            assert wanted
+            assert wanted <= TARGETS
+            given = {word.partition("=")[0] for word in arguments if "=" in word}
+            assert all(re.search(rf"^{name} \?=", MAKEFILE, re.M) for name in given)
+        elif "/" in program:
+            assert os.access(ROOT / program, os.X_OK)
+
+
+@pytest.mark.parametrize("path", WORKFLOWS, ids=lambda path: path.name)
+def test_files_that_a_workflow_names_exist(path):
+    text = path.read_text(encoding="utf-8")
+    named = re.findall(r"'([^']+)'", " ".join(re.findall(r"hashFiles\((.+?)\)", text)))
+    for step in steps(path):
+        given = step.get("with", {})
+        named += [given["cache-dependency-path"]] if "cache" in given else []
+        named += given.get("path", "").split()
+    assert named
+    for name in named:
+        assert name.startswith(MADE) or next(ROOT.glob(name), None), name
+
+
+def test_the_book_s_workflow_is_ci_and_only_main_is_published():
+    [path] = [path for path in WORKFLOWS if path.stem == "book"]
+    told = yaml.safe_load(path.read_text(encoding="utf-8"))
+    assert ".ci/run" in commands(path)
+    assert told["permissions"] == {"contents": "read"}
+    assert told["jobs"]["publish"]["if"] == "github.ref == 'refs/heads/main'"
+    assert told["jobs"]["publish"]["needs"] == "book"
+
+
+def test_the_full_profile_is_scheduled():
+    [path] = [path for path in WORKFLOWS if path.stem == "full"]
+    told = yaml.safe_load(path.read_text(encoding="utf-8"))
+    [entry] = told[True]["schedule"]  # YAML 1.1 reads `on` as true
+    assert re.fullmatch(r"(\S+ ){4}\S+", entry["cron"])
+    lines = " ".join(commands(path))
+    assert "make results" in lines
+    assert "make book PROFILE=full" in lines
+
+
+def test_every_machine_has_the_same_python():
+    [version] = re.findall(r"filter (3\.\d+)", MAKEFILE)
+    assert version == (ROOT / ".binder" / "runtime.txt").read_text().strip()[7:]
+    image = json.loads(CONTAINER.read_text(encoding="utf-8"))["image"]
+    assert image.startswith(f"python:{version}-")
+    given = [step.get("with", {}) for path in WORKFLOWS for step in steps(path)]
+    found = {with_["python-version"] for with_ in given if "python-version" in with_}
+    assert found == {version}
+
+
+def test_binder_installs_the_lock_and_nothing_else():
+    requirements = ROOT / ".binder" / "requirements.txt"
+    lines = [line for line in requirements.read_text().splitlines() if line[0] != "#"]
+    [(flag, name)] = [line.split() for line in lines]
+    assert flag == "-r"
+    assert (requirements.parent / name).resolve() == ROOT / "requirements.txt"
+    script = requirements.with_name("postBuild")
+    assert os.access(script, os.X_OK)
+    installs = re.findall(r"pip install (.+)", script.read_text())
+    assert installs == ["--no-deps --editable ."]
+
+
+# Hooks and JupyterLab, as `make` starts them
+
+
+def run(*command, folder, **environment):
+    given = {"GIT_CONFIG_GLOBAL": os.devnull, "GIT_CONFIG_NOSYSTEM": "1"}
+    given |= {"GIT_AUTHOR_NAME": "A", "GIT_AUTHOR_EMAIL": "a@b"}
+    given |= {"GIT_COMMITTER_NAME": "A", "GIT_COMMITTER_EMAIL": "a@b"}
+    mine = {key: text for key, text in os.environ.items() if not key.startswith("GIT_")}
+    return subprocess.run(
+        command,
+        cwd=folder,
+        env=mine | given | environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+
+
+@pytest.fixture
+def clone(tmp_path):
+    """Lay out a repository of the set-up alone, with this very environment."""
+    if not (shutil.which("make") and shutil.which("git")):
+        pytest.skip("needs make and git")
+    if sys.prefix == sys.base_prefix:
+        pytest.skip("needs a virtual environment")
+    (tmp_path / "clone" / "book").mkdir(parents=True)
+    root = tmp_path / "clone"
+    for name in ("Makefile", "pyproject.toml", ".pre-commit-config.yaml", ".gitignore"):
+        shutil.copy(ROOT / name, root)
+    lock = root / "requirements.txt"
+    lock.touch()
+    os.utime(lock, (0, 0))
+    (root / ".venv").symlink_to(sys.prefix)
+    if not (root / ".venv" / "installed").exists():
+        pytest.skip("needs the environment that make makes")
+    assert run("git", "init", "--initial-branch=main", folder=root).returncode == 0
+    return root
+
+
+def notebook(code, *outputs):
+    cell = {"cell_type": "code", "source": code, "metadata": {}, "id": "a"}
+    cell |= {"outputs": list(outputs), "execution_count": 1 if outputs else None}
+    return {"cells": [cell], "metadata": {}, "nbformat": 4, "nbformat_minor": 5}
+
+
+def test_hooks_keep_outputs_and_bad_style_out_of_commits(clone, tmp_path):
+    hooks = run("make", "hooks", folder=clone)
+    assert hooks.returncode == 0, hooks.stderr
+    home = {"PRE_COMMIT_HOME": str(tmp_path / "pre-commit")}
+    printed = {"output_type": "stream", "name": "stdout", "text": "forty-two\n"}
+    path = clone / "book" / "one.ipynb"
+    path.write_text(json.dumps(notebook("6 * 7", printed), indent=1) + "\n")
+    run("git", "add", "book", folder=clone)
+    done = run("git", "commit", "-m", "A notebook", folder=clone, **home)
+    assert done.returncode == 0, done.stdout + done.stderr
+    kept = run("git", "show", "HEAD:book/one.ipynb", folder=clone).stdout
+    assert "6 * 7" in kept
+    assert "forty-two" not in kept
+    (clone / "bad.py").write_text("import os\n")
+    run("git", "add", "bad.py", folder=clone)
+    done = run("git", "commit", "-m", "Bad style", folder=clone, **home)
+    assert done.returncode != 0
+    assert "F401" in done.stdout + done.stderr
+
+
+@pytest.fixture
+def lab(clone, tmp_path):
+    """Start JupyterLab as `make lab` does, without a browser; stop it afterwards."""
+    with socket.socket() as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    options = f"--no-browser --port={port} --IdentityProvider.token=t --allow-root"
+    other = tmp_path / "other" / "kernels" / "python3"  # as a user may have
+    other.mkdir(parents=True)
+    spec = {"argv": ["false"], "display_name": "Another", "language": "python"}
+    (other / "kernel.json").write_text(json.dumps(spec))
+    mine = os.environ | {"HOME": str(tmp_path), "JUPYTER_PATH": str(tmp_path / "other")}
+    server = subprocess.Popen(
+        ["make", "lab", f"LAB={options}"],
+        cwd=clone,
+        env=mine,
+        start_new_session=True,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+    )
+
+    def ask(address):
+        url = f"http://127.0.0.1:{port}/api/{address}?token=t"
+        with urllib.request.urlopen(url, timeout=60) as answer:
+            return json.load(answer)
+
+    for _ in range(240):
+        try:
+            ask("status")
+            break
+        except OSError:
+            assert server.poll() is None, "JupyterLab has ended"
+            time.sleep(0.5)
+    yield ask
+    os.killpg(server.pid, 2)
+    server.wait(timeout=60)
+
+
+def test_lab_opens_the_repository_with_its_own_kernel(lab, clone):
+    names = {item["name"] for item in lab("contents")["content"]}
+    assert {"book", "Makefile", "pyproject.toml"} <= names
+    found = lab("kernelspecs")
+    program = found["kernelspecs"][found["default"]]["spec"]["argv"][0]
+    assert program in ("python", str(clone / ".venv" / "bin" / "python"))

@@ -1,0 +1,225 @@
+"""The reference pages name what exists, and all of it."""
+
+import contextlib
+import inspect
+import io
+import re
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+import msc
+from msc.cli import main
+from msc.notebook import declared_parameters, read_notebook
+from msc.reference import (
+    Parameter,
+    commands_markdown,
+    described_parameters,
+    named_tests,
+    parameters_markdown,
+    sources_markdown,
+    write_reference,
+)
+
+ROOT = Path(__file__).parents[1]
+BOOK = ROOT / "book"
+CHAPTERS = sorted(BOOK.glob("*.ipynb"))
+EQUATIONS = (BOOK / "equations.md").read_text(encoding="utf-8")
+API = (BOOK / "api.md").read_text(encoding="utf-8")
+SECTIONS = dict(re.findall(r"^## Eq\. (\d+): .+\n((?:(?!## ).*\n)*)", EQUATIONS, re.M))
+
+
+def chapter(code):
+    metadata = {"tags": ["parameters"]}
+    cell = {"cell_type": "code", "source": code, "metadata": metadata}
+    title = {"cell_type": "markdown", "source": "# One and only\n", "metadata": {}}
+    return {"cells": [title, cell]}
+
+
+# From equation to code
+
+
+def test_no_equation_is_missing():
+    assert list(SECTIONS) == [str(number) for number in range(1, 9)]
+
+
+@pytest.mark.parametrize("number", SECTIONS)
+def test_an_equation_has_its_words_its_functions_and_its_tests(number):
+    section = SECTIONS[number]
+    assert section.count("$$") >= 2
+    assert re.search(r"\*\*It says:\*\* \w", section)
+    assert re.search(r"\*\*Code:\*\*.*\{py:\w+\}`", section)
+    assert named_tests(section.partition("**Held by:**")[2])
+
+
+def roles(page):
+    return re.findall(r"\{py:\w+\}`(?:[^`<]*<)?([\w.]+)>?`", page)
+
+
+@pytest.mark.parametrize("name", dict.fromkeys(roles(EQUATIONS)))
+def test_a_named_function_exists_and_is_on_the_package_s_page(name):
+    *path, last = name.split(".")
+    owner = "class" if path[-1][0].isupper() else "module"
+    home = (
+        getattr(msc, path.pop()) if owner == "class" else import_module(".".join(path))
+    )
+    assert callable(getattr(home, last))
+    if owner == "class":
+        members = re.search(
+            rf"autoclass:: {'.'.join(path)}\.{home.__name__}\b.*\n(.*)", API
+        )
+        assert re.search(rf"\b{last}\b", members[1])
+    else:
+        assert re.search(rf"auto(function|class):: {re.escape(name)}\b", API)
+
+
+def test_named_tests_are_shown_as_they_stand():
+    page = sources_markdown(named_tests(EQUATIONS), ROOT)
+    shown = re.findall(r"^\((test_\w+)\.(test_\w+)\)=\n### \2\n", page, re.M)
+    assert sorted(shown) == sorted(named_tests(EQUATIONS))
+    for file in {file for file, _ in shown}:
+        assert f"../tests/{file}.py" in page
+        whole = (ROOT / "tests" / f"{file}.py").read_text(encoding="utf-8")
+        section = page.partition(f"## {file}.py")[2].partition("\n## ")[0]
+        for code in re.findall(r"```python\n(.*?)\n```", section, re.S):
+            assert f"\n{code}\n" in whole
+
+
+def test_decorators_belong_to_a_test():
+    page = sources_markdown([("test_dmp", "test_reference_cases")], ROOT)
+    assert '```python\n@pytest.mark.parametrize("case", CASES)\n' in page
+
+
+@pytest.mark.parametrize(
+    ("file", "name"), [("test_dmp", "test_nothing"), ("test_nowhere", "test_a")]
+)
+def test_a_test_that_does_not_exist_is_named(file, name):
+    with pytest.raises(ValueError, match=rf"names {file}\.{name}, but tests/{file}.py"):
+        sources_markdown([(file, name)], ROOT)
+
+
+# The package
+
+
+@pytest.mark.parametrize("name", msc.__all__)
+def test_everything_public_is_on_its_page(name):
+    thing = getattr(msc, name)
+    entry = re.search(rf"auto(class|function):: msc\.{name}\b.*\n(.*)", API)
+    assert re.search(rf"^   {name}$", API, re.M)  # the table at the top
+    assert (entry[1] == "class") == inspect.isclass(thing)
+    if inspect.isclass(thing):
+        lines = re.findall(r"^(\w[\w, ]*) : ", inspect.getdoc(thing), re.M)
+        told = set(re.findall(r"\w+", " ".join([*lines, entry[2]])))
+        inherited = {key for base in thing.__mro__[1:] for key in vars(base)}
+        own = {key for key in vars(thing) if not re.match(r"_|set_\w+_request", key)}
+        assert own - inherited <= told
+
+
+# Parameters of the chapters
+
+
+@pytest.mark.parametrize("path", CHAPTERS, ids=lambda path: path.stem)
+def test_every_parameter_of_a_chapter_has_a_meaning(path):
+    notebook = read_notebook(path)
+    found = described_parameters(notebook)
+    assert {parameter.name for parameter in found} == declared_parameters(notebook)
+    assert [one.name for one in found if not one.meaning] == []
+
+
+def test_a_parameter_s_meaning_is_its_comment():
+    code = (
+        "# Above\n"
+        'design: str = "even # odd"  # how sets are drawn\n'
+        "sizes = (\n    8,  # small\n    24,\n)  # of training sets\n"
+        "seed = 0"
+    )
+    assert described_parameters(chapter(code)) == [
+        Parameter("design", "'even # odd'", "how sets are drawn"),
+        Parameter("sizes", "(8, 24)", "of training sets"),
+        Parameter("seed", "0", ""),
+    ]
+
+
+def test_parameters_become_a_table_a_chapter():
+    text = parameters_markdown(CHAPTERS)
+    for path in CHAPTERS:
+        assert text.count(f"]({path.stem})") == 1
+    row = r"^\| `n_samples` \| `24` \| training tasks, .*\|$"
+    assert re.search(row, text.partition("`book/fig3_free_24.ipynb`")[2], re.M)
+    without = text.partition("Without parameters: ")[2]
+    assert "](what_it_costs)" in without
+    assert "](fig3_free_24)" not in without
+
+
+# The command line
+
+
+@pytest.fixture(scope="module")
+def told():
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("COLUMNS", "80")
+        return call("help")
+
+
+def call(*arguments):
+    """Return what a command prints."""
+    printed = io.StringIO()
+    with contextlib.redirect_stdout(printed), contextlib.suppress(SystemExit):
+        main(arguments)
+    return printed.getvalue()
+
+
+def test_help_tells_what_each_command_tells(told, monkeypatch):
+    monkeypatch.setenv("COLUMNS", "80")
+    commands = re.findall(r"^usage: msc ([a-z]+)", told, re.M)
+    assert {"search", "evaluate", "claims", "book", "help"} <= set(commands)
+    for command in commands:
+        assert call(command, "--help") in told
+    assert told.startswith(call("--help"))
+
+
+def test_every_command_has_a_section(told):
+    page = commands_markdown(told)
+    sections = re.findall(r"^## msc ([a-z]+)$", page, re.M)
+    assert sections == re.findall(r"^    ([a-z]+) ", told, re.M)
+    assert page.count("```text") == len(sections) + 1
+    assert all(len(line) <= 80 for line in page.splitlines())
+
+
+# Together
+
+
+def test_pages_find_what_they_include(tmp_path):
+    (tmp_path / "book").mkdir()
+    write_reference(ROOT, tmp_path, CHAPTERS[:2])
+    for page in ("parameters", "commands", "tests", "changelog"):
+        text = (BOOK / f"{page}.md").read_text(encoding="utf-8")
+        [included] = re.findall(r"\{include\} (\S+)", text)
+        assert (tmp_path / "book" / included).resolve().read_text(encoding="utf-8")
+    for file in re.findall(
+        r"<(\.\./\S+)>", (tmp_path / "book" / "tests_sources.md").read_text()
+    ):
+        assert (tmp_path / "book" / file).is_file()
+
+
+def test_a_book_without_reference_pages_gets_none(tmp_path):
+    (tmp_path / "stage" / "book").mkdir(parents=True)
+    write_reference(tmp_path, tmp_path / "stage", [])
+    assert list((tmp_path / "stage").rglob("*.*")) == []
+
+
+# The related work
+
+
+def test_seven_systems_each_with_its_reference():
+    page = (BOOK / "related_work.md").read_text(encoding="utf-8")
+    sections = page.split("\n## ")[1:]
+    known = (BOOK / "references.bib").read_text(encoding="utf-8")
+    assert len(sections) == 7
+    for section in sections:
+        cited = re.findall(r"\{cite\}`(\w+)`", section)
+        assert cited, section[:40]
+        assert all(f"{{{key}," in known for key in cited)
+        assert "*Here:*" in section
+        assert "*To add:*" in section
