@@ -13,10 +13,10 @@ from matplotlib.patches import Circle as Disc
 from numpy.typing import NDArray
 
 from msc.generations import Recording
-from msc.looks import STYLE
+from msc.looks import GOAL, STYLE, TRIO
 from msc.workspace import Workspace, chain
 
-STARTS = ("#CC79A7", "#E69F00", "#56B4E9", "#009E73", "#F0E442", "0.5")
+STARTS = (TRIO[1], TRIO[0], TRIO[2], "0.3", "0.5", "0.7")
 
 
 def plot_generations(
@@ -48,8 +48,8 @@ def plot_generations(
     run = recordings[0]
     numbers = [min(number, len(run.costs)) for number in shown]
     with plt.rc_context(STYLE):
-        figure = plt.figure(figsize=(7.4, 4.8))
-        grid = figure.add_gridspec(2, len(numbers) + 1, height_ratios=(1, 1.15))
+        figure = plt.figure(figsize=(7.4, 4.5))
+        grid = figure.add_gridspec(2, len(numbers) + 1, height_ratios=(1, 1.05))
         costs = figure.add_subplot(grid[1, :])
         for column, number in enumerate(numbers):
             axis = figure.add_subplot(grid[0, column])
@@ -69,7 +69,7 @@ def plot_generations(
             ylabel="cost",
             xlim=(0, None),
         )
-        costs.legend(fontsize=7, loc="upper right")
+        costs.legend(loc="upper right")
     plt.close(figure)
     return figure
 
@@ -107,23 +107,24 @@ def _draw_found(
     """Draw the cheapest movement of every start, and where the arm ends."""
     lengths = workspace.link_lengths
     _draw_world(axis, workspace, task_deg, chain(recordings[0].joints, lengths))
-    for recording, colour in zip(recordings, STARTS, strict=False):
+    widths = np.linspace(3.6, 1.0, len(recordings))  # those below remain visible
+    for recording, colour, width in zip(recordings, STARTS, widths, strict=False):
         places = chain(recording.joints[-1, recording.costs[-1].argmin()], lengths)
         axis.plot(*places[-1].T, color=colour, lw=4, alpha=0.4)
-        axis.plot(*places[:, -1].T, color=colour, lw=1.6)
+        axis.plot(*places[:, -1].T, color=colour, lw=width)
 
 
 def _draw_world(
     axis: Axes, workspace: Workspace, task_deg: float, places: NDArray[np.float64]
 ) -> None:
     """Draw goal circle, goal, obstacles and the arm at home, with room for places."""
-    circle: Any = {"fill": False, "color": "red", "lw": 0.8}
+    circle: Any = {"fill": False, "color": GOAL, "lw": 0.8}
     axis.add_patch(Disc((0, 0), workspace.goal_radius, **circle))
     for x, y, radius in workspace.circles:
         axis.add_patch(Disc((x, y), radius, color="black"))
     axis.plot(*chain(workspace.home, workspace.link_lengths).T, color="0.85", lw=4)
     goal = workspace.target(task_deg)
-    axis.plot(*goal, "o", mfc="none", mec="red", ms=8, mew=1.6, zorder=5)
+    axis.plot(*goal, "o", mfc="none", mec=GOAL, ms=8, mew=1.6, zorder=5)
     across, up = square_around(workspace, places)
     axis.set(xlim=across, ylim=up, aspect="equal")
     axis.set_axis_off()

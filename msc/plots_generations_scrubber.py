@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from msc.generations import Recording
-from msc.looks import STYLE
+from msc.looks import GOAL, STYLE
 from msc.plots import WEIGHT_LABELS
 from msc.plots_generations import STARTS, draw_generation, square_around
 from msc.plots_scrubber import FLAT
@@ -16,7 +16,7 @@ from msc.scrubber import Mark, Panel, Scrubber, choose_ticks
 from msc.workspace import Workspace, chain
 
 N_STEPS = 40  # of the slider: every early generation, then ever fewer
-EVERY = 3  # time steps from one point of a path to the next
+EVERY = 2  # time steps from one point of a path to the next
 
 
 def scrub_generations(
@@ -85,13 +85,11 @@ def _movements_panel(
     workspace: Workspace, task_deg: float, places: NDArray[np.float64]
 ) -> Panel:
     """Show the ways of the end effector, and the cheapest policy's arm at the end."""
-    marks = [Mark("ring", [[0, 0]], radius=workspace.goal_radius, colour="#d62728")]
+    marks = [Mark("ring", [[0, 0]], radius=workspace.goal_radius, colour=GOAL)]
     marks += [
         Mark("disc", [[x, y]], radius=radius) for x, y, radius in workspace.circles
     ]
-    marks.append(
-        Mark("disc", [workspace.target(task_deg)], colour="#d62728", radius=0.025)
-    )
+    marks.append(Mark("disc", [workspace.target(task_deg)], colour=GOAL, radius=0.025))
     home = chain(workspace.home, workspace.link_lengths)
     marks.append(Mark("line", home, width=6.0, opacity=0.15))
     best = places[:, 0, -1]
@@ -119,10 +117,9 @@ def _costs_panel(
         np.c_[np.full(n_policies, spent[step]), np.log10(some)]
         for step, some in zip(steps, costs, strict=True)
     ]
-    round_costs = [k * 10.0**power for power in range(-4, 3) for k in (1, 2, 5)]
-    ticks = [
-        round_cost for round_cost in round_costs if low <= np.log10(round_cost) <= high
-    ]
+    digits = (1,) if high - low > 1.5 else (1, 2, 5)
+    ticks = [k * 10.0**power for power in range(-4, 4) for k in digits]
+    ticks = [tick for tick in ticks if low <= np.log10(tick) <= high]
     return Panel(
         "The cost of policies over the rollouts spent, logarithmic.",
         (0.0, float(spent[-1])),

@@ -87,13 +87,13 @@ def plot_reconstruction(
         plane.set(xlim=(x - reach, x + reach), ylim=(y - reach, y + reach))
         plane.set(aspect="equal")
         plane.set_axis_off()
-        plane.legend(fontsize=7, loc="upper center", ncols=3, handletextpad=0.2)
+        plane.legend(loc="upper center", ncols=3, handletextpad=0.2)
         ranks = np.arange(1, len(near) + 1)
         bars.bar(ranks, penalties, color="0.8", label="penalty $q_j$ (Eq. 4)")
         bars.plot(ranks, coef[near], "o", color=blue, label="share $|c_j|$ (Eq. 3)")
         bars.set(xlabel="neighbours, nearest first", ylim=(0, None))
         bars.set_xticks(ranks[::3])
-        bars.legend(fontsize=8)
+        bars.legend()
     plt.close(figure)
     return figure
 

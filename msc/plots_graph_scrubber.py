@@ -9,14 +9,14 @@ from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 from sklearn.decomposition import PCA
 
-from msc.looks import CHART_COLOURS
+from msc.looks import CHART_COLOURS, TRIO
 from msc.plots_graph import edges, plot_graph
 from msc.plots_scrubber import FLAT
 from msc.scrubber import Mark, Panel, Scrubber, choose_ticks
 from msc.smce import SMCE
 from msc.spectral import elbow
 
-ACROSS = "#CC79A7"  # edges that join different curves
+ACROSS = TRIO[1]  # edges that join different curves
 MAX_CHARTS = len(CHART_COLOURS)
 MARGIN = 0.06  # of a panel's range, around all points
 

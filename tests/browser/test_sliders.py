@@ -159,4 +159,5 @@ def test_a_film_plays_and_ends(visit, name, number):
             return
         pictures, ends = drawing.root.evaluate(FILM)
         assert pictures > 5, f"{drawing.where}: Play moves nothing"
-        assert ends, f"{drawing.where}: the film does not end where it began"
+        last = drawing.value() == float(drawing.slider.get_attribute("max"))
+        assert ends or last, f"{drawing.where}: it ends neither where it began nor last"
