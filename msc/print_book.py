@@ -1,7 +1,8 @@
 """The book on paper: all pages as one, with a title page and contents, and as a PDF.
 
-Chromium prints it, as `print.css` says. Sliders give way to their pictures, what is folded is opened, links
-between pages become links within the document, and its bytes depend on the book alone.
+Chromium prints it, as `print.css` says. Sliders give way to their pictures, what is
+folded is opened, links between pages become links within the document, and its bytes
+depend on the book alone.
 """
 
 from __future__ import annotations
@@ -13,6 +14,7 @@ import subprocess
 import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import yaml
 
@@ -109,7 +111,7 @@ def without_dates(pdf: bytes) -> bytes:
     return re.sub(rb"(/(?:Creation|Mod)Date ?\()D:\d{14}", rb"\1" + _EPOCH, pdf)
 
 
-def one_page(html: Path, toc: Mapping[str, object], title: str, author: str) -> str:
+def one_page(html: Path, toc: Mapping[str, Any], title: str, author: str) -> str:
     """Join the pages of the book.
 
     Parameters
@@ -175,10 +177,10 @@ def one_page(html: Path, toc: Mapping[str, object], title: str, author: str) -> 
     return re.sub(r'((?:src|<link[^>]*href)=")(?=_)', rf"\1{html.name}/", page)
 
 
-def _contents(toc: Mapping[str, object], titles: Mapping[str, str]) -> str:
+def _contents(toc: Mapping[str, Any], titles: Mapping[str, str]) -> str:
     """Write links to all pages, part by part."""
 
-    def links(entries: object) -> str:
+    def links(entries: Any) -> str:
         items = [
             f'<li><a href="#{name}">{titles[name]}</a></li>'
             for name in page_names(entries)
@@ -186,8 +188,7 @@ def _contents(toc: Mapping[str, object], titles: Mapping[str, str]) -> str:
         return f"<ul>{''.join(items)}</ul>"
 
     text = links([{"root": toc["root"]}]) if "root" in toc else ""
-    parts = toc.get("parts")
-    for part in parts if isinstance(parts, list) else [{"chapters": toc["chapters"]}]:
+    for part in toc.get("parts") or [{"chapters": toc.get("chapters", [])}]:
         if "caption" in part:
             text += f"<p>{markup.escape(part['caption'])}</p>"
         text += links(part["chapters"])
