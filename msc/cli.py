@@ -1,8 +1,8 @@
 """The command line: `msc COMMAND …`.
 
 A command is a function that takes the parsed arguments and one, `_add_…`, that declares
-them; both stand together, below, in `msc.cli_search` or in `msc.cli_book`. What takes seconds to load is
-imported by the commands that need it.
+them; both stand together, below, in `msc.cli_search` or in `msc.cli_book`. What takes
+seconds to load is imported by the commands that need it.
 """
 
 import argparse

@@ -112,7 +112,7 @@ def is_aside(inside: str) -> bool:
     >>> [is_aside(path) for path in ("data/free.csv", ".venv/a.py", "_build/b.json")]
     [False, True, True]
     """
-    parts = inside.split(os.sep)
+    parts = Path(inside).parts
     return parts[0] == "_build" or any(part.startswith(".") for part in parts)
 
 

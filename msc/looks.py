@@ -45,7 +45,7 @@ CHART_COLOURS = ("#6A0F49", "#0F7A5A", "#B07AE0", "#E0A800", "#7A5C3E", "#38C0C8
 CHART_MARKERS = "os^DvP"
 
 # Two or three things that are neither: sides of a break, worlds, basis functions.
-TRIO = ("#0072B2", "#DB8C00", "#8A2A6B")
+TRIO = ("#2A6FDB", "#DB8C00", "#8A2A6B")
 WORLDS: dict[str, dict[str, Any]] = {
     "free": {"color": TRIO[0], "marker": "o"},
     "obstacles": {"color": TRIO[1], "marker": "s"},

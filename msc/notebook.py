@@ -6,6 +6,7 @@ cells with outputs, and one more, *injected*, that sets the parameters it was gi
 
 import ast
 import json
+import re
 from pathlib import Path
 from typing import Any
 
@@ -204,7 +205,8 @@ def with_outputs(chapter: Notebook, run: Notebook) -> Notebook:
     -------
     dict
         The chapter with outputs and with the injected cell, hidden from the book's
-        pages. papermill's record of paths and times is left behind.
+        pages. papermill's record of paths and times is left behind, and the corners
+        of pandas' tables are plain cells.
     """
     hidden = {"tags": ["injected-parameters", "remove-cell"]}
     fixed = {"metadata": hidden, "id": "injected-parameters"}
@@ -218,8 +220,9 @@ def with_outputs(chapter: Notebook, run: Notebook) -> Notebook:
     for cell in chapter["cells"]:
         if cell["cell_type"] == "code":
             done = next(runs)
-            outcome = {key: done[key] for key in ("outputs", "execution_count")}
-            cells.append(cell | outcome)
+            outputs = [_without_empty_headers(output) for output in done["outputs"]]
+            count = done["execution_count"]
+            cells.append(cell | {"outputs": outputs, "execution_count": count})
         else:
             cells.append(cell)
         if "parameters" in tags(cell):
@@ -248,3 +251,12 @@ def failure(run: Notebook) -> str:
                 error = f"{output['ename']}: {output['evalue']}"
                 return f"code cell {number} ({first_line}): {error}"
     return ""
+
+
+def _without_empty_headers(output: dict[str, Any]) -> dict[str, Any]:
+    """Turn header cells without text, which name nothing, into plain cells."""
+    data = output.get("data", {})
+    if "text/html" not in data:
+        return output
+    html = re.sub(r"<th\b([^>]*)></th>", r"<td\1></td>", "".join(data["text/html"]))
+    return output | {"data": data | {"text/html": html}}

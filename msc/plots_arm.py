@@ -133,8 +133,10 @@ def plot_weights(
         plane = figure.add_subplot(grid[:, 1])
         _draw_ground(plane, world, ends[1])
         plane.plot(*ends[0], "o", color="black", ms=5)
-        plane.annotate("start", ends[0], (8, -10), textcoords="offset points")
-        plane.annotate("goal", ends[1], (8, 4), textcoords="offset points", color=GOAL)
+        plane.annotate("start", tuple(ends[0]), (8, -10), textcoords="offset points")
+        plane.annotate(
+            "goal", tuple(ends[1]), (8, 4), textcoords="offset points", color=GOAL
+        )
         for k, colour in enumerate(TRIO[: dmp.n_basis]):
             look: Any = {"color": colour, "ls": DASHES[k]}
             top.plot(times, shares[:, k], **look)
@@ -238,7 +240,7 @@ def _draw_angles(axis: Axes, world: Workspace) -> None:
         axis.add_patch(Arc(place, 0.26, 0.26, lw=1.5, **look))
         middle = np.deg2rad(start + turn / 2)
         at = place + 0.2 * np.array([np.cos(middle), np.sin(middle)])
-        axis.text(*at, f"$q_{k + 1}$", color=TRIO[0], ha="center", va="center")
+        axis.text(at[0], at[1], f"$q_{k + 1}$", color=TRIO[0], ha="center", va="center")
     axis.annotate("end effector", places[-1], (6, -12), textcoords="offset points")
     axis.annotate("base", places[0], (8, -4), textcoords="offset points")
 
@@ -247,7 +249,7 @@ def _draw_task(axis: Axes, world: Workspace, task_deg: float) -> None:
     """Draw the task angle, from the cut to the goal."""
     cut, radius = world.target(0), 0.62 * world.goal_radius
     axis.plot(*np.outer((0.93, 1.07), cut).T, color=GOAL, lw=1.5)
-    axis.annotate("0°", 1.1 * cut, color=GOAL, ha="center", va="bottom")
+    axis.annotate("0°", tuple(1.1 * cut), color=GOAL, ha="center", va="bottom")
     turn = np.deg2rad(np.linspace(0, task_deg, 60) + world.cut_deg)
     axis.plot(radius * np.cos(turn), radius * np.sin(turn), color=GOAL, lw=1)
     axis.add_patch(
@@ -261,6 +263,8 @@ def _draw_task(axis: Axes, world: Workspace, task_deg: float) -> None:
     )
     middle = turn[len(turn) // 2]
     at = 1.1 * radius * np.array([np.cos(middle), np.sin(middle)])
-    axis.annotate(f"$τ$ = {task_deg:g}°", at, color=GOAL, ha="center", va="bottom")
+    axis.annotate(
+        f"$τ$ = {task_deg:g}°", tuple(at), color=GOAL, ha="center", va="bottom"
+    )
     for end in (0.0, task_deg):
         axis.plot(*np.outer((0, 1), world.target(end)).T, color=GOAL, lw=0.6, ls=":")

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike, NDArray
 from msc.arm import Arm, Rollout
 from msc.looks import CHART_COLOURS, COLOURS, GOAL, LOOKS, STYLE
 from msc.plots import WEIGHT_LABELS, draw_arm, draw_world
-from msc.plots_skill import DENSE
+from msc.plots_curves import DENSE
 from msc.scrubber import Mark, Panel, Scrubber
 from msc.skill import ParameterizedSkill
 from msc.workspace import Workspace, chain
@@ -110,7 +110,7 @@ def _arm_panel(
         marks.append(Mark("dots", goals[skill.charts_ == chart], **look))
     here = [[world.target(angle)] for angle in angles]
     marks.append(Mark("ring", here, "step", colour=GOAL, radius=0.05, width=3.0))
-    for name, some in reversed(rollouts.items()):
+    for name, some in reversed(list(rollouts.items())):
         joints = np.array([one.joints[::FRAME] for one in some])
         film = chain(joints, world.link_lengths)
         trail = {"width": 1.2, "opacity": 1.0, "dash": [4, 3]}
@@ -148,8 +148,8 @@ def _weight_panel(
         marks.append(Mark("dots", dots, colour=CHART_COLOURS[chart % 6], width=4.0))
     upright = [[[float(angle), low]] for angle in angles]
     marks.append(Mark("upright", upright, "step", width=1.0, opacity=0.5))
-    for name, some in reversed(found.items()):
-        at = np.clip(some[:, weight], low, high)
+    for name, one in reversed(list(found.items())):
+        at = np.clip(one[:, weight], low, high)
         points = [[[x, y]] for x, y in zip(angles, at, strict=True)]
         marks.append(Mark("dots", points, "step", colour=COLOURS[name], width=5.5))
     return Panel(
@@ -171,7 +171,7 @@ def _missed_panel(
     top = 1.05 * max(float(left.max()) for left in missed.values())
     upright = [[[float(angle), 0.0]] for angle in angles]
     marks = [Mark("upright", upright, "step", width=1.0, opacity=0.5)]
-    for name, left in reversed(missed.items()):
+    for name, left in reversed(list(missed.items())):
         points = np.c_[angles, left]
         marks.append(Mark("line", points, colour=COLOURS[name]))
         here = [[point] for point in points]
@@ -199,7 +199,7 @@ def _poster(
     with plt.rc_context(STYLE):
         figure, plane = plt.subplots(figsize=(4.2, 4.2))
         draw_world(plane, world)
-        for name, some in reversed(rollouts.items()):
+        for name, some in reversed(list(rollouts.items())):
             look: Any = {"color": COLOURS[name], "label": name, "ls": LOOKS[name]["ls"]}
             draw_arm(plane, world, some[first].joints[-1], lw=3, color=COLOURS[name])
             plane.plot(*some[first].path.T, **look)

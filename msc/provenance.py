@@ -14,8 +14,8 @@ from msc.chapters import Chapter
 from msc.figures import DOWNLOADS, Picture
 
 # Packages that figures owe their numbers and looks to; others only carry them.
-TELLING = ("python", "numpy", "scipy", "scikit-learn", "cvxpy", "pybullet", "pandas")
-TELLING += ("matplotlib", "pillow")
+TELLING = ["python", "numpy", "scipy", "scikit-learn", "cvxpy", "pybullet", "pandas"]
+TELLING += ["matplotlib", "pillow"]
 
 SECONDS = "seconds.js"
 
@@ -72,7 +72,7 @@ def provenance_html(chapter: Chapter, picture: Picture | None = None) -> str:
         for file, digest in record.files.items()
         if file not in modules and PurePosixPath(file).suffix != ".js"
     ]
-    together = hashlib.sha256("".join(map(record.files.get, modules)).encode())
+    together = hashlib.sha256("".join(record.files[m] for m in modules).encode())
     versions = [
         f"{'Python' if package == 'python' else package} {record.packages[package]}"
         for package in TELLING

@@ -1,4 +1,4 @@
-"""What a chapter's run depended on, kept with it: enough to tell whether it still holds.
+"""What a run of a chapter depended on: enough to tell whether it still holds.
 
 A run holds as long as the code cells are the same, every file that it read (see
 `msc.kernel`) has the content it had then, and every package that it imported has the
@@ -18,6 +18,8 @@ from pathlib import Path
 from typing import Any
 
 from msc.kernel import digest
+
+_NAMED = 4  # of the files that changed; the others are counted
 
 
 @dataclass(frozen=True)
@@ -60,7 +62,9 @@ class Record:
         now = {name: digest(root / name) for name in self.files}
         changed = [name for name, content in self.files.items() if content != now[name]]
         if changed:
-            reasons.append(f"{', '.join(changed)} changed")
+            more = len(changed) - _NAMED
+            further = f" and {more} more" if more > 0 else ""
+            reasons.append(f"{', '.join(changed[:_NAMED])}{further} changed")
         for name, version in self.packages.items():
             if (installed := version_of(name)) != version:
                 reasons.append(f"{name} {version} became {installed or 'missing'}")

@@ -219,7 +219,7 @@ def sources_markdown(links: Sequence[tuple[str, str]], root: Path) -> str:
     -------
     str
         Markdown: a section a file, with the whole of it for download, and in it the
-        tests, each under the anchor `file.name`.
+        tests, each under the anchor `file.name` and headed by the words of its name.
 
     Raises
     ------
@@ -234,7 +234,8 @@ def sources_markdown(links: Sequence[tuple[str, str]], root: Path) -> str:
         )
         for name in (name for other, name in links if other == file):
             code = _source(path, name)
-            sections.append(f"({file}.{name})=\n### {name}\n\n```python\n{code}\n```")
+            words = name.removeprefix("test_").replace("_", " ")
+            sections.append(f"({file}.{name})=\n### {words}\n\n```python\n{code}\n```")
     return "\n\n".join(sections) + "\n"
 
 

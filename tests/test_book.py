@@ -1,29 +1,43 @@
 """The book machinery on a tiny book, and the chapters of the real one."""
 
+import html
 import json
+import os
 import re
 import shutil
 import sys
+import zipfile
 from pathlib import Path
 
 import pytest
 
+from msc import record
 from msc.book import build_book, pages, substitutions
 from msc.chapters import BookError, run_chapters
 from msc.cli import main
+from msc.figures import find_pictures, gallery_markdown
 from msc.notebook import (
     code_cells,
     declared_parameters,
     read_notebook,
     source,
     tags,
+    with_outputs,
     write_notebook,
 )
+from msc.print_book import one_page, print_book, without_dates
+from msc.record import version_of
+from msc.release import MAY_DIFFER, differences, pack, release_book
 
 ROOT = Path(__file__).parents[1]
 CHAPTERS = sorted((ROOT / "book").glob("*.ipynb"))
 PARAMETERS = 'profile = "full"\nn = 3'
 COUNT = "with open('ran.txt', 'a') as log:\n    log.write('x')"
+DRAW = """import matplotlib.pyplot as plt
+
+figure, _ = plt.subplots(figsize=(3, 2))
+plt.close()
+figure"""
 
 
 def chapter(text, *codes):
@@ -45,15 +59,16 @@ def make_book(root):
     """Lay out a repository with a book of an index page and one chapter."""
     shutil.copy(ROOT / "_config.yml", root)
     (root / "_toc.yml").write_text(
-        "format: jb-book\nroot: index\nchapters:\n- file: one\n"
+        "format: jb-book\nroot: index\nchapters:\n- file: one\n- file: figures\n"
     )
     (root / "book").mkdir()
     shutil.copytree(ROOT / "book" / "_static", root / "book" / "_static")
     shutil.copy(ROOT / "book" / "references.bib", root / "book")
     (root / "book" / "index.md").write_text("# Tiny\n\n$x^2$ is {{ sums_a_b }}.\n")
-    write_notebook(
-        chapter("# One", COUNT, "print(profile, 2 * n)"), root / "book" / "one.ipynb"
-    )
+    one = chapter("# One", COUNT, "print(profile, 2 * n)", DRAW)
+    one["cells"][-1]["metadata"] = {"mystnb": {"image": {"alt": "A tiny circle."}}}
+    write_notebook(one, root / "book" / "one.ipynb")
+    shutil.copy(ROOT / "book" / "figures.md", root / "book")
     (root / "data" / "results").mkdir(parents=True)
     (root / "data" / "results" / "sums.json").write_text('{"a": {"b": 41.5}}')
     return root
@@ -96,10 +111,11 @@ def repository(tmp_path):
     return make_book(tmp_path)
 
 
-def run(root, **parameters):
+def run(root, *, say=None, **parameters):
     """Execute the tiny book's chapter, or take it from the cache."""
     path = root / "book" / "one.ipynb"
-    return run_chapters({path: parameters}, root=root, cache=root / "cache")[0]
+    cache = root / "_build" / "cache"
+    return run_chapters({path: parameters}, root=root, cache=cache, say=say)[0]
 
 
 def text_of(notebook):
@@ -126,20 +142,109 @@ def test_prose_is_rendered_anew_without_execution(repository):
     second = run(repository)
     assert source(second.notebook["cells"][0]) == "# Uno"
     assert text_of(second.notebook) == text_of(first.notebook)
-    assert second.seconds == first.seconds
+    assert second.record == first.record
     assert times_run(repository) == 1
 
 
-def test_whatever_outputs_depend_on_executes_again(repository):
-    run(repository)
-    for number, name in enumerate(("data/t.csv", "msc/a.py", "requirements.txt"), 2):
-        (repository / name).parent.mkdir(exist_ok=True)
-        (repository / name).write_text("new")
-        run(repository)
-        assert times_run(repository) == number, name
+READS = """
+import sys
+sys.path.insert(0, ".")
+import early
+from pathlib import Path
+print(early.late(), Path("data/t.csv").read_text(), Path("new.txt").exists())
+Path("new.txt").write_text("mine")
+Path("new.txt").read_text()
+"""
+
+
+@pytest.fixture
+def reading(repository):
+    """Return a repository whose chapter reads modules and tables."""
+    late = "import lately\ndef late():\n    import latest\n    return latest.VALUE"
+    (repository / "early.py").write_text(late)
+    for name in ("lately", "latest", "never"):
+        (repository / f"{name}.py").write_text("VALUE = 1")
+    for name in ("t.csv", "u.csv"):
+        (repository / "data" / name).write_text("old")
+    path = repository / "book" / "one.ipynb"
+    write_notebook(chapter("# One", COUNT, READS), path)
+    return repository
+
+
+def test_a_run_knows_exactly_what_it_read(reading):
+    files = run(reading).record.files
+    assert {name for name in files if not name.startswith("..")} == {
+        "data/t.csv",
+        "early.py",
+        "lately.py",
+        "latest.py",
+    }
+    assert run(reading).record.files == files  # with bytecode there
+    assert times_run(reading) == 1
+
+
+@pytest.mark.parametrize("name", ["data/t.csv", "early.py", "lately.py", "latest.py"])
+def test_what_a_chapter_read_executes_it_again_and_is_named(reading, name):
+    run(reading)
+    with (reading / name).open("a") as file:
+        file.write("# new")
+    said = []
+    run(reading, say=said.append)
+    assert said == [f"one: {name} changed"]
+    assert times_run(reading) == 2
+    run(reading, say=said.append)
+    assert times_run(reading) == 2
+
+
+def test_what_a_chapter_did_not_read_executes_nothing(reading):
+    run(reading)
+    for name in ("never.py", "data/u.csv", "requirements.txt", "new.txt", "msc/a.py"):
+        (reading / name).parent.mkdir(exist_ok=True)
+        (reading / name).write_text("new")
+    run(reading)
+    assert times_run(reading) == 1
+
+
+def test_new_code_parameters_and_packages_execute_again(repository, monkeypatch):
+    said = []
+    run(repository, say=said.append)
+    run(repository, say=said.append, n=5)
     path = repository / "book" / "one.ipynb"
     write_notebook(chapter("# One", COUNT, "print('new')"), path)
-    assert text_of(run(repository).notebook) == "new\n"
+    assert text_of(run(repository, say=said.append).notebook) == "new\n"
+    version = record.version_of("ipykernel")
+    newer = {"ipykernel": "99.0"}
+    monkeypatch.setattr(
+        record, "version_of", lambda name: newer.get(name, version_of(name))
+    )
+    run(repository, say=said.append)
+    assert said == [
+        "one: never executed",
+        "one: never executed with n=5",
+        "one: its code cells changed",
+        f"one: ipykernel {version} became 99.0",
+    ]
+
+
+def test_a_file_that_was_missing_counts_when_it_is_there(repository):
+    code = "try:\n    open('data/late.csv')\nexcept OSError:\n    print('none')"
+    write_notebook(chapter("# One", code), repository / "book" / "one.ipynb")
+    run(repository)
+    (repository / "data" / "late.csv").write_text("x")
+    said = []
+    run(repository, say=said.append)
+    assert said == ["one: data/late.csv changed"]
+
+
+def test_an_interrupted_run_leaves_the_earlier_one(repository):
+    first = run(repository).record
+    path = repository / "book" / "one.ipynb"
+    good = read_notebook(path)
+    write_notebook(chapter("# One", "raise KeyboardInterrupt"), path)
+    with pytest.raises(BookError, match="KeyboardInterrupt"):
+        run(repository)
+    write_notebook(good, path)
+    assert run(repository).record == first
 
 
 def test_executed_chapter_tells_nothing_of_the_machine(repository):
@@ -149,6 +254,21 @@ def test_executed_chapter_tells_nothing_of_the_machine(repository):
     everything = json.dumps(notebook)
     assert str(repository) not in everything
     assert not re.search(r"\d\d:\d\d:\d\d", everything)
+
+
+def test_corners_of_a_table_are_no_headers():
+    empty = '<tr><th></th><th class="blank"></th><th>error</th></tr>'
+    plain = '<tr><td></td><td class="blank"></td><th>error</th></tr>'
+    written = chapter("# Table", "table")
+    run = chapter("# Table", "table")
+    data = {"text/html": [empty, "\n", empty], "text/plain": "<th></th>"}
+    kept = {"output_type": "display_data", "metadata": {}}
+    run["cells"][2]["outputs"] = [kept | {"data": data}, {"output_type": "stream"}]
+    table, stream = with_outputs(written, run)["cells"][2]["outputs"]
+    assert table["data"]["text/html"] == f"{plain}\n{plain}"
+    assert table["data"]["text/plain"] == "<th></th>"
+    assert table["output_type"] == "display_data"
+    assert stream == {"output_type": "stream"}
 
 
 def test_kernel_is_of_this_interpreter(repository, monkeypatch, tmp_path_factory):
@@ -256,10 +376,147 @@ def test_book_needs_no_network(built):
                 assert (page.parent / address.partition("?")[0]).exists(), address
 
 
-def test_book_is_the_same_when_built_again(built):
-    before = contents(built.parent)
-    build_book(root=built.parents[2])
-    assert contents(built.parent) == before
+def test_book_is_the_same_when_built_again_elsewhere(built, tmp_path):
+    other = build_book(root=add_claims(make_book(tmp_path))).parent
+    assert set(differences(built.parent, other)) <= MAY_DIFFER
+    assert (other / "downloads" / "one-1.svg").is_file()
+
+
+def test_differences_are_found(tmp_path):
+    for name, files in {"a": {"x": "1", "y": "2"}, "b": {"x": "1", "y": "3"}}.items():
+        (tmp_path / name / "deep").mkdir(parents=True)
+        for file, text in files.items():
+            (tmp_path / name / "deep" / file).write_text(text)
+    (tmp_path / "b" / "z").write_text("")
+    assert differences(tmp_path / "a", tmp_path / "b") == ["deep/y", "z"]
+
+
+def test_every_figure_says_what_made_it_and_how_to_make_it_again(built):
+    page = (built.parent / "one.html").read_text()
+    [block] = re.findall(r'<details class="msc-provenance">.*?</details>', page, re.S)
+    text = html.unescape(re.sub(r"<[^>]+>", "", block))
+    assert "book/one.ipynb, profile = 'quick', n = 3" in text
+    assert f"Python {version_of('python')}" in text
+    assert f"matplotlib {version_of('matplotlib')}" in text
+    assert "msc run book/one.ipynb -p profile quick --out one.ipynb" in text
+    for address in re.findall('href="([^"]+)"', block):
+        assert (built.parent / address).is_file(), address
+    seconds = (built.parent / "_static" / "seconds.js").read_text()
+    assert re.search(r'"one": \d+\.\d', seconds)
+    assert page.index("data-seconds") < page.index("</details>")
+
+
+def test_notebooks_are_there_with_and_without_outputs(built):
+    executed = read_notebook(built.parent / "_sources" / "one.ipynb")
+    assert "quick 6" in text_of(executed)
+    assert "msc-provenance" not in json.dumps(executed)
+    source = (built.parents[2] / "book" / "one.ipynb").read_bytes()
+    assert (built.parent / "downloads" / "one.ipynb").read_bytes() == source
+
+
+def test_gallery_shows_every_figure_and_leads_to_its_chapter(built):
+    page = (built.parent / "figures.html").read_text()
+    [image] = re.findall(r'<img[^>]*one-1\.png"[^>]*>', page)
+    assert 'alt="A tiny circle."' in image
+    assert 'href="one.html"' in page[page.index(image) - 500 :]
+    assert "No chapter" in gallery_markdown([])
+
+
+def test_figures_are_found_in_order():
+    def output(kind):
+        return {"output_type": "display_data", "data": {kind: "AAAA"}}
+
+    text = {"cell_type": "markdown", "source": "# T", "metadata": {}}
+    cells = [
+        {"cell_type": "code", "source": "", "metadata": {}, "outputs": [output(kind)]}
+        for kind in ("image/png", "text/plain", "image/png")
+    ]
+    found = find_pictures("c", {"cells": [text, *cells]})
+    assert [(one.name, one.cell, one.title) for one in found] == [
+        ("c-1", 1, "T"),
+        ("c-2", 3, "T"),
+    ]
+
+
+def test_release_is_the_book_and_has_the_same_bytes_whenever_packed(built):
+    root = built.parents[2]
+    shutil.copy(ROOT / "pyproject.toml", root)
+    target = release_book(root)
+    before = target.read_bytes()
+    for file in (target.parent / target.stem).rglob("*"):
+        os.utime(file, (1e9, 1e9))
+    pack(target.parent / target.stem, target)
+    assert target.read_bytes() == before
+    with zipfile.ZipFile(target) as archive:
+        names = {name.partition("/")[2] for name in archive.namelist()}
+        assert archive.testzip() is None
+    assert names == {path.as_posix() for path in contents(built.parent)}
+
+
+def test_release_and_pdf_want_a_built_book(tmp_path):
+    for name in ("pyproject.toml", "_config.yml", "_toc.yml"):
+        shutil.copy(ROOT / name, tmp_path)
+    with pytest.raises(FileNotFoundError, match="build the book first, by `make book`"):
+        release_book(tmp_path)
+    with pytest.raises(FileNotFoundError, match="build the book first, by `make book`"):
+        one_page(tmp_path, {"root": "index"}, "", "")
+
+
+def test_on_paper_links_lead_within_the_document_and_sliders_are_pictures(tmp_path):
+    head = '<head><link rel="stylesheet" href="_static/a.css"></head>'
+    page = (
+        '<article><h1 id="t">{}<a class="headerlink" href="#t">#</a></h1>{}</article>'
+    )
+    one = (
+        '<a href="two.html#t">there</a> <a class="x" href="two.html">page</a> '
+        '<a href="#t">here</a> <a href="https://example.org/">far</a> '
+        '<a href="downloads/f.svg">file</a> <details><p>open</p></details>'
+        '<img src="_images/film.gif"><script>live()</script>'
+    )
+    (tmp_path / "one.html").write_text(head + page.format("One", one))
+    (tmp_path / "two.html").write_text(head + page.format("Two", ""))
+    toc = {"root": "one", "parts": [{"caption": "P", "chapters": [{"file": "two"}]}]}
+    text = one_page(tmp_path, toc, "Title & all", "us")
+    assert set(re.findall('<a[^>]*href="([^"]*)"', text)) == {
+        "#one",
+        "#two",
+        "#one--t",
+        "#two--t",
+        "https://example.org/",
+    }
+    ids = re.findall(r'\sid="([^"]*)"', text)
+    assert sorted(ids) == ["one", "one--t", "two", "two--t"]
+    assert "<span>file</span>" in text
+    assert "<details open>" in text
+    assert "live()" not in text
+    assert f'src="{tmp_path.name}/_static/film.png"' in text
+    assert f'href="{tmp_path.name}/_static/a.css"' in text
+    assert "<h1>Title &amp; all</h1>" in text
+
+
+def test_dates_of_a_pdf_are_fixed_and_nothing_moves():
+    pdf = (
+        b"1 /CreationDate (D:20261122220550+00'00')\n/ModDate (D:20261122220550+00'00')"
+    )
+    fixed = without_dates(pdf)
+    assert len(fixed) == len(pdf)
+    assert b"2026" not in fixed
+    assert without_dates(fixed) == fixed
+
+
+def test_printing_names_the_missing_browser(built, monkeypatch):
+    monkeypatch.setenv("PATH", "")
+    with pytest.raises(FileNotFoundError, match=r"none of chromium, .* is installed"):
+        print_book(built.parents[2])
+
+
+@pytest.mark.skipif(shutil.which("chromium") is None, reason="there is no Chromium")
+def test_a_pdf_is_the_same_when_printed_again(built):
+    root = built.parents[2]
+    shutil.copy(ROOT / "pyproject.toml", root)
+    first = print_book(root).read_bytes()
+    assert first.startswith(b"%PDF")
+    assert print_book(root).read_bytes() == first
 
 
 def test_warning_stops_the_build_and_keeps_the_earlier_book(built):

@@ -69,6 +69,7 @@ ROW = [
     "plots_costs",
     "plots_arm",
     "plots_weights",
+    "plots_curves",
     "plots_skill",
     "plots_predicted",
     "plots_generations",
