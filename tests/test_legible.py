@@ -17,9 +17,11 @@ import pytest
 from matplotlib.text import Text
 
 import msc.movements
-from msc import Arm, Workspace, load_dataset
+import msc.search
+from msc import SMCE, Arm, Workspace, load_dataset
 from msc.cost_tables import load_costs
 from msc.evaluation import Experiment
+from msc.generations import record_search
 from msc.looks import LOOKS
 from msc.movements import Movements
 from msc.plots import plot_execution, plot_manifold, plot_workspaces
@@ -28,6 +30,15 @@ from msc.plots_audit import plot_curves, plot_quality
 from msc.plots_charts import plot_elbows
 from msc.plots_costs import plot_costs
 from msc.plots_curves import plot_rivals
+from msc.plots_generations import plot_generations
+from msc.plots_generations_scrubber import scrub_generations
+from msc.plots_graph import (
+    plot_affinity,
+    plot_clusterings,
+    plot_graph,
+    plot_reconstruction,
+)
+from msc.plots_graph_scrubber import scrub_charts, scrub_regularization
 from msc.plots_movements import plot_breaks, plot_tasks
 from msc.plots_predicted import scrub_predictions
 from msc.plots_scrubber import scrub_execution
@@ -35,6 +46,7 @@ from msc.plots_skill import plot_composition
 from msc.plots_study import plot_sample_sizes, plot_sweep
 from msc.plots_weights import scrub_weight
 from msc.results import load_results
+from msc.toys import near_curves
 
 PACKAGE = Path(__file__).parents[1] / "msc"
 WIDEST, SMALLEST = 7.0, 7.0  # inches, points
@@ -101,6 +113,28 @@ def weights():
         return scrub_weight(arm, np.zeros(6), 60, 1, [-30, 0, 30]).poster
 
 
+def starts():
+    world = Workspace.obstacles()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(msc.search, "MAX_EVALUATIONS", 170)
+        return world, 342, record_search(world, 342, seed=0, n_starts=3)
+
+
+def generations():
+    world, task_deg, found = starts()
+    return scrub_generations(world, task_deg, found[0]).poster
+
+
+def toy():
+    points, _ = near_curves()
+    return points, SMCE(2, random_state=0).fit(points)
+
+
+def ways():
+    points, curves = near_curves()
+    return plot_clusterings(points, {"k-means": curves, "single linkage": curves})
+
+
 FIGURES = {
     plot_workspaces: lambda: plot_workspaces(Workspace.free(), Workspace.obstacles()),
     plot_manifold: lambda: plot_manifold(experiment(), range(6)),
@@ -112,6 +146,14 @@ FIGURES = {
     plot_curves: lambda: plot_curves(*tables(), names=NAMES),
     plot_elbows: lambda: plot_elbows(*results("elbow")),
     plot_rivals: rivals,
+    plot_generations: lambda: plot_generations(*starts()),
+    scrub_generations: generations,
+    plot_clusterings: ways,
+    plot_reconstruction: lambda: plot_reconstruction(*toy(), 29),
+    plot_affinity: lambda: plot_affinity(toy()[1]),
+    plot_graph: lambda: plot_graph(*toy(), "a graph"),
+    scrub_regularization: lambda: scrub_regularization(*near_curves(), [10]).poster,
+    scrub_charts: lambda: scrub_charts(*load_dataset("obstacles")[:2], 0).poster,
     plot_tasks: lambda: plot_tasks(few_movements(), range(8)),
     plot_breaks: lambda: plot_breaks(few_movements(), [(0, 1)] * 6),
     scrub_predictions: predictions,
