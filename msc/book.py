@@ -32,9 +32,10 @@ from msc.figures import (
 from msc.notebook import declared_parameters, read_notebook, write_notebook
 from msc.opening import write_opening
 from msc.provenance import SECONDS, seconds_script, with_provenance
-from msc.reference import write_reference
+from msc.reference import mend_backlinks, write_reference
 
 PROFILES = ("quick", "full")
+ENDINGS = (".ipynb", ".md", ".rst")  # of pages
 
 # A list in a result file that is longer holds data, which no page quotes.
 LONGEST = 10
@@ -121,7 +122,7 @@ def pages(root: Path) -> list[Path]:
     Returns
     -------
     list of Path
-        Notebooks and Markdown files.
+        Notebooks and text files.
 
     Raises
     ------
@@ -133,11 +134,12 @@ def pages(root: Path) -> list[Path]:
         raise FileNotFoundError(f"{root} holds no book: it has no _toc.yml")
     found = []
     for name in page_names(yaml.safe_load(toc.read_text(encoding="utf-8"))):
-        sources = [root / "book" / f"{name}{ending}" for ending in (".ipynb", ".md")]
+        sources = [root / "book" / f"{name}{ending}" for ending in ENDINGS]
         existing = [source for source in sources if source.exists()]
         if not existing:
             raise FileNotFoundError(
-                f"_toc.yml lists {name}, but book/ has no {name}.ipynb or {name}.md"
+                f"_toc.yml lists {name}, but book/ has no {name} with one of the "
+                f"endings {', '.join(ENDINGS)}"
             )
         found.append(existing[0])
     return found
@@ -255,6 +257,7 @@ def _complete(
     script = distribution(MATHJAX).locate_file(f"{MATHJAX}/static/mathjax/{_MATHJAX}")
     (html / "_static" / "mathjax").mkdir(exist_ok=True)
     shutil.copy(str(script), html / "_static" / "mathjax")
+    mend_backlinks(html)
     write_vectors(pictures, html / DOWNLOADS)
     for chapter in chapters:
         file = f"{chapter.name}.ipynb"

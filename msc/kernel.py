@@ -15,6 +15,7 @@ import hashlib
 import json
 import os
 import sys
+import warnings
 from collections.abc import Sequence
 from importlib.util import source_from_cache
 from pathlib import Path
@@ -143,6 +144,8 @@ def main() -> None:
     style = log.with_name("matplotlibrc")
     style.write_text(STYLE, encoding="utf-8")
     os.environ["MATPLOTLIBRC"] = str(style)
+    # matplotlib warns if this takes a second: on a busy machine, and not on another.
+    warnings.filterwarnings("ignore", "Creating legend with loc")
     watch(log, folders)
     from ipykernel.kernelapp import launch_new_instance  # noqa: PLC0415
     from traitlets.config import Config  # noqa: PLC0415

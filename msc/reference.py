@@ -72,6 +72,31 @@ def write_reference(root: Path, stage: Path, chapters: Sequence[Path]) -> None:
         (folder / TESTS).write_text(sources_markdown(links, root), encoding="utf-8")
 
 
+def mend_backlinks(html: Path) -> None:
+    """Lead links from sources to their documentation to where it stands.
+
+    Sphinx takes all names of a module to be documented under one prefix. Here the
+    public ones go by `msc`, and others by their module.
+
+    Parameters
+    ----------
+    html : Path
+        Folder of the finished book; without a page `api` nothing is done.
+    """
+    page = html / "api.html"
+    if not page.is_file():
+        return
+    known = set(re.findall(r'id="(msc\.[\w.]+)"', page.read_text(encoding="utf-8")))
+    for source in (html / "_modules" / "msc").glob("*.html"):
+
+        def mend(link: re.Match[str], module: str = source.stem) -> str:
+            return link[1] if link[1] in known else f"msc.{module}.{link[2]}"
+
+        text = source.read_text(encoding="utf-8")
+        text = re.sub(r"(?<=api\.html#)(msc\.([\w.]+))", mend, text)
+        source.write_text(text, encoding="utf-8")
+
+
 def described_parameters(notebook: nb.Notebook) -> list[Parameter]:
     r"""Return what a chapter's parameters cell assigns.
 

@@ -16,6 +16,7 @@ from msc.reference import (
     Parameter,
     commands_markdown,
     described_parameters,
+    mend_backlinks,
     named_tests,
     parameters_markdown,
     sources_markdown,
@@ -26,7 +27,7 @@ ROOT = Path(__file__).parents[1]
 BOOK = ROOT / "book"
 CHAPTERS = sorted(BOOK.glob("*.ipynb"))
 EQUATIONS = (BOOK / "equations.md").read_text(encoding="utf-8")
-API = (BOOK / "api.md").read_text(encoding="utf-8")
+API = (BOOK / "api.rst").read_text(encoding="utf-8")
 SECTIONS = dict(re.findall(r"^## Eq\. (\d+): .+\n((?:(?!## ).*\n)*)", EQUATIONS, re.M))
 
 
@@ -236,3 +237,14 @@ def test_seven_systems_each_with_its_reference():
         assert all(f"{{{key}," in known for key in cited)
         assert "*Here:*" in section
         assert "*To add:*" in section
+
+
+def test_links_from_sources_lead_to_where_a_name_is_documented(tmp_path):
+    sources = tmp_path / "_modules" / "msc"
+    sources.mkdir(parents=True)
+    (tmp_path / "api.html").write_text('<dt id="msc.Arm"><dt id="msc.search.cost">')
+    links = "api.html#msc.Arm", "api.html#msc.cost"
+    (sources / "search.html").write_text(" ".join(links))
+    mend_backlinks(tmp_path)
+    mended = "api.html#msc.Arm api.html#msc.search.cost"
+    assert (sources / "search.html").read_text() == mended

@@ -63,15 +63,16 @@ def visiting(browser, name, url, **options):
     page.on("pageerror", lambda error: visit.said.append(f"uncaught: {error}"))
     page.on("request", lambda request: visit.asked.append(request.url))
     page.on("console", lambda said: listen(visit, said))
-    answer = page.goto(url)
-    # A file has no status.
-    assert answer is None or answer.ok or url.startswith("file:"), (
-        f"{name}: {url} answers {answer.status}; make book builds it"
-    )
-    if options.get("java_script_enabled", True):
-        assert page.evaluate(TYPESET, PATIENCE), f"{name}: MathJax does not finish"
-    yield visit
-    context.close()
+    try:
+        answer = page.goto(url)
+        assert url.startswith("file:") or answer.ok, (
+            f"{name}: {url} answers {answer.status}; make book builds it"
+        )
+        if options.get("java_script_enabled", True):
+            assert page.evaluate(TYPESET, PATIENCE), f"{name}: MathJax does not finish"
+        yield visit
+    finally:
+        context.close()
 
 
 def listen(visit, said):
