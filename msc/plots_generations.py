@@ -107,7 +107,7 @@ def _draw_found(
     """Draw the cheapest movement of every start, and where the arm ends."""
     lengths = workspace.link_lengths
     _draw_world(axis, workspace, task_deg, chain(recordings[0].joints, lengths))
-    widths = np.linspace(3.6, 1.0, len(recordings))  # those below remain visible
+    widths = np.linspace(4.5, 1.2, len(recordings))  # those below remain visible
     for recording, colour, width in zip(recordings, STARTS, widths, strict=False):
         places = chain(recording.joints[-1, recording.costs[-1].argmin()], lengths)
         axis.plot(*places[-1].T, color=colour, lw=4, alpha=0.4)

@@ -4,6 +4,7 @@
   const slider = root.querySelector("input[name=step]");
   const output = root.querySelector("output");
   const play = root.querySelector("button");
+  const names = Array.from(root.querySelectorAll(".msc-legend i"));
   const still = matchMedia("(prefers-reduced-motion: reduce)");
   const views = Array.from(root.querySelectorAll("canvas")).map((canvas, k) => ({
     canvas: canvas, panel: data.panels[k], pen: canvas.getContext("2d"),
@@ -18,6 +19,29 @@
       points.push([flat[k] / panel.scale, flat[k + 1] / panel.scale]);
     }
     return points;
+  }
+
+  function luminance(rgb) {
+    const [r, g, b] = rgb.map((part) => {
+      const share = part / 255;
+      return share <= 0.04045 ? share / 12.92 : Math.pow((share + 0.055) / 1.055, 2.4);
+    });
+    return 0.2126 * r + 0.7152 * g + 0.0722 * b;
+  }
+
+  // On a dark page colours that would drown in it are mixed with white.
+  function shade(colour) {
+    const ink = getComputedStyle(root).color;
+    if (colour === "ink") { return ink; }
+    const hex = /^#([0-9a-f]{2})([0-9a-f]{2})([0-9a-f]{2})$/i.exec(colour);
+    if (!hex || luminance(ink.match(/[\d.]+/g).slice(0, 3).map(Number)) < 0.4) {
+      return colour;
+    }
+    let rgb = hex.slice(1).map((part) => parseInt(part, 16));
+    while (luminance(rgb) < 0.2) {
+      rgb = rgb.map((part) => Math.round(part + (255 - part) / 10));
+    }
+    return "rgb(" + rgb.join(",") + ")";
   }
 
   function frame(view) {
@@ -76,8 +100,7 @@
   function draw(view, mark, flat) {
     const pen = view.pen;
     const points = decode(flat, view.panel).map(view.at);
-    pen.strokeStyle = pen.fillStyle = mark.colour === "ink"
-      ? getComputedStyle(root).color : mark.colour;
+    pen.strokeStyle = pen.fillStyle = shade(mark.colour);
     pen.globalAlpha = mark.opacity;
     pen.lineWidth = mark.width;
     pen.lineCap = pen.lineJoin = "round";
@@ -119,6 +142,7 @@
 
   function show() {
     const step = Number(slider.value);
+    names.forEach((name) => { name.style.background = shade(name.dataset.colour); });
     views.forEach((view) => {
       frame(view);
       view.panel.marks.forEach((mark) => {

@@ -189,7 +189,8 @@ class Scrubber:
             for panel in self.panels
         )
         legend = "".join(
-            f'<span><i style="background:{colour}"></i>{html.escape(name)}</span>'
+            f'<span><i data-colour="{colour}" style="background:{colour}"></i>'
+            f"{html.escape(name)}</span>"
             for name, colour in self.legend.items()
         )
         plays = self.walks or self.n_times > 1

@@ -5,6 +5,7 @@ import re
 import pytest
 from built import built, holding
 from conftest import switch_theme
+from vision import contrast
 
 SLIDERS = [
     (name, number)
@@ -122,6 +123,24 @@ def test_it_is_drawn_anew_in_the_dark(drawing):
     drawing.page.wait_for_timeout(100)
     dark, *_ = drawing.state()
     assert light != dark, f"{drawing.where} keeps the ink of the light theme"
+
+
+@pytest.mark.parametrize("drawing", SLIDERS, ids=IDS, indirect=True)
+def test_colours_stand_out_from_a_dark_page(drawing):
+    switch_theme(drawing.page, "dark")
+    drawing.page.wait_for_timeout(100)
+    colours = drawing.root.locator(".msc-legend i").evaluate_all(
+        "dots => dots.map(dot => getComputedStyle(dot).backgroundColor)"
+    )
+    ground = drawing.page.evaluate("getComputedStyle(document.body).backgroundColor")
+    for colour in colours:
+        apart = contrast(*(rgb(one) for one in (colour, ground)))
+        assert apart >= 3, f"{drawing.where}: {colour} on {ground}"
+
+
+def rgb(css):
+    """Return a colour's parts, from 0 to 1, as the browser writes it."""
+    return tuple(int(part) / 255 for part in re.findall(r"\d+", css)[:3])
 
 
 @pytest.mark.parametrize("drawing", SLIDERS, ids=IDS, indirect=True)
