@@ -55,7 +55,9 @@ STICKING_OUT = """() => {
     && !scrolls(element.parentElement) && !scrolls(element));
   const page = document.scrollingElement;
   if (page.scrollWidth > page.clientWidth && !out.length) { out.push(page); }
-  return out.map(element => `${element.outerHTML.slice(0, 120)}: ${
+  const inmost = out.filter(element => !out.some(
+    other => other !== element && element.contains(other)));
+  return inmost.map(element => `${element.outerHTML.slice(0, 120)}: ${
     Math.round(element.getBoundingClientRect().right - edge)} px`);
 }"""
 
