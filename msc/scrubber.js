@@ -143,7 +143,7 @@
   function show() {
     const step = Number(slider.value);
     names.forEach((name) => { name.style.background = shade(name.dataset.colour); });
-    views.forEach((view) => {
+    views.filter((view) => view.canvas.clientWidth > 60).forEach((view) => {
       frame(view);
       view.panel.marks.forEach((mark) => {
         if (mark.varies === "never") {
