@@ -10,6 +10,7 @@ from timing import clock, spread
 from tqdm import tqdm
 
 import msc.search
+from msc.arm import kept_arm
 from msc.dataset import Plan, grid, search_tasks, take_evenly
 from msc.dmp import DMP
 from msc.skill import ParameterizedSkill
@@ -89,7 +90,7 @@ def run(
 
 def warm_up(workspace: Workspace) -> None:
     """Load everything in a process and build its world; leave others time to."""
-    msc.search._arm(workspace, DMP()).execute(np.zeros(6), task_deg=0)
+    kept_arm(workspace, DMP()).execute(np.zeros(6), task_deg=0)
     time.sleep(0.2)
 
 

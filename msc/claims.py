@@ -70,11 +70,16 @@ def show_claims(*ids: str) -> pd.DataFrame:
         rows[found.claim.id, "the claim"] = (found.verdict, "")
         for reading in found.readings:
             rows[found.claim.id, reading.name] = (reading.verdict, reading.measured)
-    table = pd.DataFrame.from_dict(
-        rows, orient="index", columns=["verdict", "measured"]
-    )
-    table.index = pd.MultiIndex.from_tuples(rows, names=["claim", "reading"])
-    return table
+    index = pd.MultiIndex.from_tuples(rows, names=["claim", "reading"])
+    return _Whole(list(rows.values()), index=index, columns=["verdict", "measured"])
+
+
+class _Whole(pd.DataFrame):
+    """A table that is shown with its texts whole, however long."""
+
+    def _repr_html_(self) -> str:
+        with pd.option_context("display.max_colwidth", None):
+            return self.to_html()
 
 
 def load_results(claims: Iterable[Claim], root: Path) -> dict[str, Any]:

@@ -69,8 +69,9 @@ def table_markdown(verdicts: Sequence[Verdict], pages: Collection[str]) -> str:
         claim = one.claim
         name = f"[{claim.id}]({claim.chapter})" if claim.chapter in pages else claim.id
         here = f"[{one.words}](claim-{claim.id})"
-        measured = f"{one.measured} ({one.sentence})" if one.differs else one.measured
-        rows.append(_row(name, f"“{_cell(claim.quote)}”", here, _cell(measured)))
+        differ = f"; [readings differ](claim-{claim.id})" if one.differs else ""
+        measured = f"{_cell(one.measured)}{differ}"
+        rows.append(_row(name, f"“{_cell(claim.quote)}”", here, measured))
     return "\n".join(rows) + "\n"
 
 

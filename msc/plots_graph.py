@@ -13,7 +13,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
-from msc.looks import CHART_COLOURS, CHART_MARKERS, COLOURS, STYLE
+from msc.looks import CHART_COLOURS, CHART_MARKERS, STYLE, TRIO
 from msc.smce import SMCE
 
 USED = 1e-6  # coefficients: smaller ones are not drawn
@@ -73,7 +73,7 @@ def plot_reconstruction(
     distances = np.linalg.norm(points - points[index], axis=1)
     near = np.argsort(distances, kind="stable")[1 : smce.n_neighbors + 1]
     penalties = distances[near] / distances[near].sum()  # Eq. 4
-    used, blue = near[coef[near] > USED], COLOURS["charts"]
+    used, blue = near[coef[near] > USED], TRIO[0]
     with plt.rc_context(STYLE):
         figure, (plane, bars) = plt.subplots(
             1, 2, figsize=(7.4, 3.0), width_ratios=(1, 1.2)

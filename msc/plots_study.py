@@ -115,7 +115,8 @@ def _draw_verdicts(
         place_in_grid: Any = axis.get_subplotspec()
         if place_in_grid.is_first_col():
             beside, text = axis.transAxes, f"vs {baseline} "
-            axis.text(-0.02, height, text, transform=beside, ha="right", **look)
+            dark = look | {"color": "0.2"}  # a name has to be read
+            axis.text(-0.02, height, text, transform=beside, ha="right", **dark)
     axis.tick_params(axis="x", pad=4 + 15 * len(baselines))
 
 

@@ -243,7 +243,7 @@ def sources_markdown(links: Sequence[tuple[str, str]], root: Path) -> str:
     Returns
     -------
     str
-        Markdown: a section a file, with the whole of it for download, and in it the
+        Markdown: a section a module, with its whole file for download, and in it the
         tests, each under the anchor `file.name` and headed by the words of its name.
 
     Raises
@@ -255,7 +255,8 @@ def sources_markdown(links: Sequence[tuple[str, str]], root: Path) -> str:
     for file in dict.fromkeys(file for file, _ in links):
         path = root / "tests" / f"{file}.py"
         sections.append(
-            f"## {file}.py\n\n{{download}}`The whole file <../tests/{file}.py>`"
+            f"## msc.{file.removeprefix('test_')}\n\n"
+            f"{{download}}`tests/{file}.py <../tests/{file}.py>`"
         )
         for name in (name for other, name in links if other == file):
             code = _source(path, name)

@@ -246,7 +246,7 @@ def choose_ticks(low: float, high: float) -> tuple[float, ...]:
     >>> choose_ticks(-4.2, 21)
     (0.0, 5.0, 10.0, 15.0, 20.0)
     """
-    places = MaxNLocator(5).tick_values(low, high)
+    places = MaxNLocator(6, steps=[1, 2, 2.5, 5, 10]).tick_values(low, high)
     return tuple(float(f"{place:.6g}") for place in places if low <= place <= high)
 
 

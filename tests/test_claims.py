@@ -411,8 +411,8 @@ def test_tables_link_each_claim_and_verdict(verdict_on):
     [row] = table_markdown([found], {"fig3_free_24"}).splitlines()[2:]
     assert row == (
         "| [lower](fig3_free_24) | “an overall better prediction” "
-        "| [◇ by construction](claim-lower) | one: 0.5 [0.4, 0.6] × single "
-        "(by construction: one; reproduced: two) |"
+        "| [◇ by construction](claim-lower) | one: 0.5 [0.4, 0.6] × single; "
+        "[readings differ](claim-lower) |"
     )
     assert "| lower |" in table_markdown([found], set())
     section = readings_markdown([found], {"fig3_free_24"})

@@ -82,7 +82,7 @@ def test_named_tests_are_shown_as_they_stand():
     for file in {file for file, _ in shown}:
         assert f"../tests/{file}.py" in page
         whole = (ROOT / "tests" / f"{file}.py").read_text(encoding="utf-8")
-        section = page.partition(f"## {file}.py")[2].partition("\n## ")[0]
+        section = page.partition(f"{file}.py`")[2].partition("\n## ")[0]
         for code in re.findall(r"```python\n(.*?)\n```", section, re.S):
             assert f"\n{code}\n" in whole
 

@@ -72,7 +72,7 @@ def test_ticks_have_names_or_their_numbers():
 
 def test_ticks_lie_within_the_axis():
     assert choose_ticks(0, 1) == (0.0, 0.2, 0.4, 0.6, 0.8, 1.0)
-    assert choose_ticks(-0.05, 0.012) == (-0.045, -0.03, -0.015, 0.0)
+    assert choose_ticks(-0.05, 0.012) == (-0.04, -0.02, 0.0)
 
 
 def test_a_caption_cannot_end_the_script():
