@@ -61,6 +61,8 @@ def test_a_point_is_joined_to_those_it_is_made_of(smce):
     assert shares.get_ydata().sum() == pytest.approx(np.abs(smce.coef_[[29]]).sum())
     heights = [bar.get_height() for bar in bars.patches]
     assert sum(heights) == pytest.approx(1)
+    assert len(heights) == smce.n_neighbors
+    assert heights[0] > 0  # the point itself is none of its neighbours
     assert heights == sorted(heights)
 
 
