@@ -18,7 +18,16 @@ from msc.provenance import SECONDS
 MAY_DIFFER = frozenset({f"_static/{SECONDS}"})
 
 # What a book is built from.
-_SOURCES = ("_config.yml", "_toc.yml", "benchmarks", "book", "data", "msc")
+_SOURCES = (
+    "CHANGELOG.md",
+    "_config.yml",
+    "_toc.yml",
+    "benchmarks",
+    "book",
+    "data",
+    "msc",
+    "tests",
+)
 _EARLIEST = (1980, 1, 1, 0, 0, 0)  # that a zip can hold
 
 
