@@ -11,9 +11,17 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from msc.arm import Arm
+from msc.arm import Arm, kept_arm
 from msc.dmp import DMP
-from msc.search import FIRST_STEP, Start, cost, free_shape, minimise, random_start
+from msc.search import (
+    FIRST_STEP,
+    Start,
+    cost,
+    free_shape,
+    minimise,
+    random_start,
+    start_generator,
+)
 from msc.workspace import Workspace
 
 
@@ -93,22 +101,21 @@ def record_search(
         raise ValueError(f"n_starts={n_starts}; wanted at least one")
     dmp = dmp or DMP()
     shape = free_shape(workspace, task_deg, dmp)
-    task_key = round(1000 * task_deg) % 360_000
+    arm = kept_arm(workspace, dmp)
     recordings: list[Recording] = []
-    with Arm(workspace, dmp=dmp) as arm:
-        for number in range(n_starts):
-            tape = _Tape(arm, task_deg)
-            rng = np.random.default_rng([seed, task_key, number])
-            start = minimise(
-                tape,
-                random_start(number, dmp, rng),
-                FIRST_STEP * dmp.spring,
-                rng,
-                shape,
-                name=f"start {number}",
-                known=[recording.start for recording in recordings],
-            )
-            recordings.append(Recording(start, *tape.arrays()))
+    for number in range(n_starts):
+        tape = _Tape(arm, task_deg)
+        rng = start_generator(seed, task_deg, number)
+        start = minimise(
+            tape,
+            random_start(number, dmp, rng),
+            FIRST_STEP * dmp.spring,
+            rng,
+            shape,
+            name=f"start {number}",
+            known=[recording.start for recording in recordings],
+        )
+        recordings.append(Recording(start, *tape.arrays()))
     return recordings
 
 

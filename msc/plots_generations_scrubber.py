@@ -11,7 +11,7 @@ from msc.generations import Recording
 from msc.looks import GOAL, STYLE
 from msc.plots import WEIGHT_LABELS
 from msc.plots_generations import STARTS, draw_generation, square_around
-from msc.plots_scrubber import FLAT
+from msc.plots_scrubber import FLAT, mark_world
 from msc.scrubber import Mark, Panel, Scrubber, choose_ticks
 from msc.workspace import Workspace, chain
 
@@ -85,10 +85,7 @@ def _movements_panel(
     workspace: Workspace, task_deg: float, places: NDArray[np.float64]
 ) -> Panel:
     """Show the ways of the end effector, and the cheapest policy's arm at the end."""
-    marks = [Mark("ring", [[0, 0]], radius=workspace.goal_radius, colour=GOAL)]
-    marks += [
-        Mark("disc", [[x, y]], radius=radius) for x, y, radius in workspace.circles
-    ]
+    marks = mark_world(workspace)
     marks.append(Mark("disc", [workspace.target(task_deg)], colour=GOAL, radius=0.025))
     home = chain(workspace.home, workspace.link_lengths)
     marks.append(Mark("line", home, width=6.0, opacity=0.15))

@@ -14,6 +14,7 @@ from msc.arm import Arm, Rollout
 from msc.looks import CHART_COLOURS, COLOURS, GOAL, LOOKS, STYLE
 from msc.plots import WEIGHT_LABELS, draw_arm, draw_world
 from msc.plots_curves import DENSE
+from msc.plots_scrubber import mark_world
 from msc.scrubber import Mark, Panel, Scrubber
 from msc.skill import ParameterizedSkill
 from msc.workspace import Workspace, chain
@@ -102,8 +103,7 @@ def _arm_panel(
 ) -> Panel:
     """Show the world from above: training goals by chart, the goal, the arms."""
     world = arm.workspace
-    marks = [Mark("ring", [[0, 0]], radius=world.goal_radius, colour=GOAL)]
-    marks += [Mark("disc", [[x, y]], radius=radius) for x, y, radius in world.circles]
+    marks = mark_world(world)
     goals = world.target(np.rad2deg(tasks[:, 0]))
     for chart in range(skill.n_charts_):
         look: Any = {"colour": CHART_COLOURS[chart % 6], "width": 4.0}

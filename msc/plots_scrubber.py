@@ -14,7 +14,7 @@ from msc.evaluation import Experiment
 from msc.looks import COLOURS, GOAL, STYLE
 from msc.plots import WEIGHT_LABELS, draw_world
 from msc.scrubber import Mark, Panel, Scrubber, choose_ticks
-from msc.workspace import chain
+from msc.workspace import Workspace, chain
 
 FRAME = 3  # time steps from one picture of a film to the next: 20 pictures a second
 FLAT = 0.6  # height over width of the panels beside the arm
@@ -92,13 +92,30 @@ def scrub_execution(
     )
 
 
+def mark_world(workspace: Workspace) -> list[Mark]:
+    """Show what stands still in a world from above.
+
+    Parameters
+    ----------
+    workspace : Workspace
+        The world.
+
+    Returns
+    -------
+    list of Mark
+        The circle of goals, and the obstacles.
+    """
+    circle = Mark("ring", [[0, 0]], radius=workspace.goal_radius, colour=GOAL)
+    obstacles = (Mark("disc", [[x, y]], radius=r) for x, y, r in workspace.circles)
+    return [circle, *obstacles]
+
+
 def _arm_panel(
     experiment: Experiment, degrees: NDArray[Any], films: dict[str, NDArray[Any]]
 ) -> Panel:
     """Show the world from above, with all arms."""
     world = experiment.workspace
-    marks = [Mark("ring", [[0, 0]], radius=world.goal_radius, colour=GOAL)]
-    marks += [Mark("disc", [[x, y]], radius=radius) for x, y, radius in world.circles]
+    marks = mark_world(world)
     goals = [[world.target(angle)] for angle in degrees]
     marks.append(Mark("disc", goals, "step", colour=GOAL, radius=0.025))
     for name, film in films.items():

@@ -13,11 +13,10 @@ from msc.arm import Arm, Rollout
 from msc.dmp import check_policies
 from msc.looks import GOAL, STYLE, TRIO
 from msc.plots import draw_arm, draw_world
+from msc.plots_scrubber import FRAME, mark_world
 from msc.scrubber import Mark, Panel, Scrubber
 from msc.search import cost
 from msc.workspace import chain
-
-FRAME = 3  # time steps from one picture of a film to the next
 
 
 def scrub_weight(
@@ -81,8 +80,7 @@ def scrub_weight(
 def _arm_panel(arm: Arm, task_deg: float, films: list[NDArray[np.float64]]) -> Panel:
     """Show the arm from above, and the way of its end effector."""
     world = arm.workspace
-    marks = [Mark("ring", [[0, 0]], radius=world.goal_radius, colour=GOAL)]
-    marks += [Mark("disc", [[x, y]], radius=radius) for x, y, radius in world.circles]
+    marks = mark_world(world)
     goal = [world.target(task_deg)]
     marks.append(Mark("disc", goal, colour=GOAL, radius=0.025))
     trail: dict[str, Any] = {"width": 2.0, "opacity": 1.0}

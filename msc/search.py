@@ -190,11 +190,10 @@ def search_policy(
     def costs(policies: NDArray[np.float64]) -> list[float]:
         return [cost(rollout) for rollout in arm.execute_many(policies, task_deg)]
 
-    task_key = round(1000 * task_deg) % 360_000
     shape = free_shape(workspace, task_deg, dmp)
     n_before = sum(start.name.startswith("start") for start in starts)
     for number in range(len(given) + n_starts):
-        rng = np.random.default_rng([seed, task_key, len(starts)])
+        rng = start_generator(seed, task_deg, len(starts))
         if number < len(given):
             name, mean = f"given {number}", given[number]
             step = SMALL_STEP * dmp.spring
@@ -213,6 +212,26 @@ def search_policy(
         contact_impulse=rollout.contact_impulse,
         starts=tuple(starts),
     )
+
+
+def start_generator(seed: int, task_deg: float, number: int) -> np.random.Generator:
+    """Give a start its source of random numbers, whatever else is searched.
+
+    Parameters
+    ----------
+    seed : int
+        Seed of the search.
+    task_deg : float
+        Task angle (degrees).
+    number : int
+        How many starts of the task came before.
+
+    Returns
+    -------
+    Generator
+        The source.
+    """
+    return np.random.default_rng([seed, round(1000 * task_deg) % 360_000, number])
 
 
 def random_start(
