@@ -183,10 +183,16 @@ class World:
         return bodies
 
     def _load_obstacle(self, x: float, y: float, radius: float, height: float) -> int:
-        """Add an immovable, frictionless cylinder, its middle at a height."""
+        """Add an immovable, frictionless post, its middle at a height.
+
+        A capsule, as the links are: where two of them touch has a closed form, which
+        moves as smoothly as they do. Where a capsule touches a cylinder the engine
+        finds by iteration, and its last digits decide whether a link that slides along
+        touches or not.
+        """
         bullet, client = self._bullet, self.client_id
         shape = bullet.createCollisionShape(
-            bullet.GEOM_CYLINDER, radius=radius, height=0.2, physicsClientId=client
+            bullet.GEOM_CAPSULE, radius=radius, height=0.2, physicsClientId=client
         )
         body: int = bullet.createMultiBody(
             0.0, shape, basePosition=[x, y, height], physicsClientId=client

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from msc.dynamics import joint_torques
+from msc.dynamics import InverseDynamics
 
 TIME_STEP = 1 / 60  # s; between two commands, and between two rows of a rollout
 
@@ -56,16 +56,21 @@ class Pursuit:
         inertias: NDArray[np.float64],
     ) -> None:
         rate = controller.bandwidth
-        self._gains = 3 * rate**2, 3 * rate, rate**3
+        proportional, derivative, integral = 3 * rate**2, 3 * rate, rate**3
         speed = np.gradient(plan, TIME_STEP, axis=0)
         acceleration = np.gradient(speed, TIME_STEP, axis=0)
-        self._plan = plan
-        self._drive = acceleration + self._gains[1] * speed + self._gains[0] * plan
-        self._inertias = inertias
-        self._windup = controller.windup
-        self._limit = np.array(controller.torque_limit)[:, None]
-        self._integral = np.zeros(plan.shape[1:])
-        self._motion = np.empty((3, *plan.shape[1:]))
+        drive = acceleration + derivative * speed + proportional * plan
+        self._plan, self._drive = list(plan), list(drive)
+        # Constants in full: NumPy is quick where it need not fit shapes to one another.
+        shape = plan.shape[1:]
+        gains = proportional, derivative, integral, TIME_STEP, controller.windup
+        *self._gains, self._time_step, self._windup = (np.full(shape, g) for g in gains)
+        limit = np.array(controller.torque_limit)[:, None]
+        self._limit = limit.repeat(shape[1], axis=1)
+        self._integral = np.zeros(shape)
+        self._motion = np.empty((3, *shape))
+        self._parts = tuple(self._motion)
+        self._torques_of = InverseDynamics(inertias, shape[1])
 
     def torques(self, step: int, state: NDArray[np.float64]) -> NDArray[np.float64]:
         """Decide the torques of a time step.
@@ -83,18 +88,22 @@ class Pursuit:
             Torques (N m).
         """
         proportional, derivative, integral = self._gains
-        angle, speed, acceleration = self._motion
+        angle, speed, acceleration = self._parts
         self._motion[:2] = state
-        self._integral += TIME_STEP * (self._plan[step] - angle)
-        np.minimum(self._integral, self._windup, out=self._integral)
-        np.maximum(self._integral, -self._windup, out=self._integral)
+        self._integral += self._time_step * (self._plan[step] - angle)
+        _bound(self._integral, self._windup)
         acceleration[:] = (
             self._drive[step]
             - proportional * angle
             - derivative * speed
             + integral * self._integral
         )
-        torque = joint_torques(self._motion, self._inertias)
-        np.minimum(torque, self._limit, out=torque)
-        np.maximum(torque, -self._limit, out=torque)
+        torque = self._torques_of(self._motion)
+        _bound(torque, self._limit)
         return torque
+
+
+def _bound(values: NDArray[np.float64], limit: NDArray[np.float64]) -> None:
+    """Keep values within plus and minus a limit, in place."""
+    np.minimum(values, limit, out=values)
+    np.maximum(values, -limit, out=values)

@@ -57,6 +57,69 @@ def coupled_inertias(link_lengths: ArrayLike, link_masses: ArrayLike) -> _Array:
     return inertias + inertias.T + np.diag(own)
 
 
+class InverseDynamics:
+    """The torques that make arms accelerate as wanted, asked for time and again.
+
+    Parameters
+    ----------
+    inertias : ndarray of shape (n_joints, n_joints)
+        What `coupled_inertias` gives.
+    n_arms : int
+        How many arms.
+
+    Notes
+    -----
+    Lagrange's equations. With links as complex numbers zⱼ = exp(i φⱼ), the torque about
+    the near end of link i is the imaginary part of conj(zᵢ) Σⱼ mᵢⱼ z̈ⱼ, and a joint has
+    to bear those of all links beyond it.
+
+    On so few numbers most of NumPy's time goes into fitting shapes and types to one
+    another, so constants are kept in full, and so is room for what comes in between.
+
+    Examples
+    --------
+    >>> torques_of = InverseDynamics(coupled_inertias([1.0], [3.0]), n_arms=2)
+    >>> torques_of(np.array([[[0.3, 0.3]], [[5.0, 5.0]], [[2.0, 4.0]]]))
+    array([[2., 4.]])
+    """
+
+    def __init__(self, inertias: _Array, n_arms: int) -> None:
+        shape = len(inertias), n_arms
+        self._weights = inertias.T[..., None].repeat(n_arms, axis=-1).astype(complex)
+        self._weighted = np.empty_like(self._weights)
+        self._links, self._pulled = np.empty((2, *shape), dtype=complex)
+        self._turning = np.empty((3, *shape))  # of the links
+        self._parts, self._terms = tuple(self._turning), tuple(self._weighted)
+
+    def __call__(self, motion: _Array) -> _Array:
+        """Find the torques.
+
+        Parameters
+        ----------
+        motion : ndarray of shape (3, n_joints, n_arms)
+            Joint angles, velocities and accelerations (rad, rad/s, rad/s²).
+
+        Returns
+        -------
+        ndarray of shape (n_joints, n_arms)
+            Torques of the joints (N m).
+        """
+        angle, speed, acceleration = self._parts
+        np.add.accumulate(motion, axis=1, out=self._turning)
+        links, pulled = self._links, self._pulled
+        links.real, links.imag = 0.0, angle
+        np.exp(links, out=links)
+        pulled.real, pulled.imag = -(speed * speed), acceleration
+        pulled *= links  # z̈
+        np.multiply(self._weights, pulled[:, None], out=self._weighted)
+        about, *others = self._terms
+        for other in others:
+            about += other
+        np.conjugate(links, out=links)
+        np.multiply(links, about, out=about)
+        return np.add.accumulate(about.imag[::-1], axis=0)[::-1].copy()
+
+
 def joint_torques(motion: ArrayLike, inertias: _Array) -> _Array:
     """Find the torques that make an arm, or several, accelerate as wanted.
 
@@ -70,13 +133,7 @@ def joint_torques(motion: ArrayLike, inertias: _Array) -> _Array:
     Returns
     -------
     ndarray of shape (n_joints, ...)
-        Torques of the joints (N m).
-
-    Notes
-    -----
-    Lagrange's equations. With links as complex numbers zⱼ = exp(i φⱼ), the torque about
-    the near end of link i is the imaginary part of conj(zᵢ) Σⱼ mᵢⱼ z̈ⱼ, and a joint has
-    to bear those of all links beyond it.
+        Torques of the joints (N m), see `InverseDynamics`.
 
     Examples
     --------
@@ -84,9 +141,7 @@ def joint_torques(motion: ArrayLike, inertias: _Array) -> _Array:
     >>> joint_torques([[0.3], [5.0], [2.0]], inertias)
     array([2.])
     """
-    angle, speed, acceleration = np.add.accumulate(np.asarray(motion), axis=1)
-    links = np.exp(1j * angle)
-    pulled = (1j * acceleration - speed * speed) * links
-    weights = inertias.reshape(*inertias.shape, *(1,) * (angle.ndim - 1))
-    about = (links.conj() * np.add.reduce(weights * pulled, axis=1)).imag
-    return np.add.accumulate(about[::-1], axis=0)[::-1]
+    moving = np.asarray(motion, dtype=float)
+    arms = moving.reshape(*moving.shape[:2], -1)
+    torques = InverseDynamics(inertias, arms.shape[-1])(arms)
+    return torques.reshape(moving.shape[1:])

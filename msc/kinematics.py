@@ -54,23 +54,32 @@ def follow_path(
     """
     points = np.asarray(path, dtype=float)
     targets = points[..., 0] + 1j * points[..., 1]
-    targets = np.ascontiguousarray(np.moveaxis(targets, -1, 0))
-    lengths = np.asarray(link_lengths, dtype=float)
-    lengths = lengths.reshape(3, *(1,) * (targets.ndim - 1))
-    joints = np.empty((len(targets), 3, *targets.shape[1:]))
-    joints[0] = np.reshape(home, lengths.shape)
+    targets = np.moveaxis(targets, -1, 0).reshape(points.shape[-2], -1)
+    shape = 3, targets.shape[1]
+    joints = np.empty((len(targets), *shape))
+    joints[0] = np.reshape(home, (3, 1))
+    # Constants in full, room for what comes in between: see `msc.dynamics`.
+    lengths = np.reshape(link_lengths, (3, 1)).repeat(shape[1], axis=1).astype(complex)
+    limit, unit = np.full(shape, MAX_JOINT_STEP), np.full(shape, 1j)
+    half = np.full((2, shape[1]), 0.5 + 0j)
+    arms, turned = np.empty((2, *shape), dtype=complex)
+    squares, moduli = products = np.empty((2, *shape), dtype=complex)
+    upper, middle, lower = arms
     for before, after, target in zip(joints, joints[1:], targets[1:], strict=False):
-        arms = lengths * np.exp(1j * np.add.accumulate(before))
-        arms[1] += arms[2]
-        arms[0] += arms[1]  # now arms[k] points from joint k to the end effector
-        error = target - arms[0]
-        arms *= 1j  # the Jacobian's columns
-        turned = arms.conj()
-        p = 0.5 * np.add.reduce(arms * turned).real + DAMPING**2
-        r = 0.5 * np.add.reduce(arms * arms)
+        arms.real = 0.0
+        np.add.accumulate(before, out=arms.imag)
+        np.multiply(lengths, np.exp(arms, out=arms), out=arms)  # the links
+        middle += lower
+        upper += middle  # now arms[k] points from joint k to the end effector
+        error = target - upper
+        arms *= unit  # the Jacobian's columns
+        np.conjugate(arms, out=turned)
+        np.multiply(arms, arms, out=squares)
+        np.multiply(arms, turned, out=moduli)
+        r, p = half * np.add.reduce(products, axis=1)
+        p = p.real + DAMPING**2
         y = (p * error - r * error.conj()) / (p * p - (r * r.conj()).real)
-        step = (turned * y).real
-        np.minimum(step, MAX_JOINT_STEP, out=step)
-        np.maximum(step, -MAX_JOINT_STEP, out=step)
-        np.add(before, step, out=after)
+        step = np.minimum((turned * y).real, limit)
+        np.add(before, np.maximum(step, -limit), out=after)
+    joints = joints.reshape(len(targets), 3, *points.shape[:-2])
     return np.moveaxis(joints, (0, 1), (-2, -1))
