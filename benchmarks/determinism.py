@@ -1,7 +1,7 @@
 """What differs between machines: the same work under other numeric instructions.
 
 `python benchmarks/determinism.py` does a search, fits a skill and executes all stored
-policies of the free workspace in processes of their own: with one and with two BLAS
+policies of both workspaces in processes of their own: with one and with two BLAS
 threads, and as a processor without AVX2 and AVX-512 would. The differences from the
 first go to `data/results/determinism.json`.
 """
@@ -29,13 +29,16 @@ VARIANTS = {
 
 def work() -> dict[str, list[float]]:
     """Do what the variants are compared by."""
-    tasks, policies, table = load_dataset("free")
-    with Arm(Workspace.free()) as arm:
-        rollouts = arm.execute_many(policies, table["task_deg"].to_list())
+    distances = {}
+    for world in (Workspace.obstacles(), Workspace.free()):
+        tasks, policies, table = load_dataset(world.name)
+        with Arm(world) as arm:
+            rollouts = arm.execute_many(policies, table["task_deg"].to_list())
+        distances[f"distance_{world.name}_m"] = [one.error for one in rollouts]
     found = search_policy(Workspace.free(), 200, seed=3, n_starts=1)
     skill = ParameterizedSkill(random_state=0).fit(tasks[::15], policies[::15])
     return {
-        "distance_m": [rollout.error for rollout in rollouts],
+        **distances,
         "searched_policy": found.policy.tolist(),
         "predicted_policies": skill.predict(tasks).ravel().tolist(),
     }

@@ -6,7 +6,6 @@ whole new book is ready.
 """
 
 import json
-import os
 import re
 import shutil
 from collections.abc import Callable, Mapping, Sequence
@@ -17,7 +16,7 @@ from typing import Any
 
 import yaml
 
-from msc.chapters import BookError, Chapter, run_chapters, run_tool
+from msc.chapters import Chapter, run_chapters
 from msc.claim_file import load_claims
 from msc.claims import CLAIMS
 from msc.claims_page import write_claims
@@ -33,6 +32,7 @@ from msc.notebook import declared_parameters, read_notebook, write_notebook
 from msc.opening import write_opening
 from msc.provenance import SECONDS, seconds_script, with_provenance
 from msc.reference import mend_backlinks, write_reference
+from msc.rendering import lay_out, render
 
 PROFILES = ("quick", "full")
 ENDINGS = (".ipynb", ".md", ".rst")  # of pages
@@ -100,8 +100,9 @@ def build_book(
     executed = run_chapters(parameters, root=root, cache=cache, jobs=jobs, say=say)
     pictures = {one.name: find_pictures(one.name, one.notebook) for one in executed}
     chapters = [replace(one, notebook=without_lines(one.notebook)) for one in executed]
-    _stage(root, build / "stage", chapters, pictures)
-    rendered = _render(build / "stage")
+    stage = build / "stage"
+    lay_out(stage, lambda folder: _stage(root, folder, chapters, pictures))
+    rendered = render(stage)
     _complete(rendered, root, chapters, [p for own in pictures.values() for p in own])
     html = build / "html"
     shutil.rmtree(html, ignore_errors=True)
@@ -214,8 +215,7 @@ def _stage(
     chapters: Sequence[Chapter],
     pictures: Mapping[str, Sequence[Picture]],
 ) -> None:
-    """Lay out what Jupyter Book reads: the executed book, and the data."""
-    shutil.rmtree(stage, ignore_errors=True)
+    """Write what Jupyter Book reads: the executed book, and the data."""
     ignore = shutil.ignore_patterns("*.ipynb", "*.partial*", ".*")
     for folder in ("book", "data"):
         if (root / folder).exists():
@@ -235,19 +235,6 @@ def _stage(
     write_opening([chapter.notebook for chapter in chapters], book)
     notebooks = [page for page in pages(root) if page.suffix == ".ipynb"]
     write_reference(root, stage, notebooks)
-
-
-def _render(stage: Path) -> Path:
-    """Render the staged book, without executing anything, and return its folder."""
-    arguments: list[str | Path] = ["build", stage / "book", "--path-output", stage]
-    arguments += ["-W", "-n", "--keep-going", "--quiet"]
-    result = run_tool("jupyter_book.cli.main:main", arguments, PYTHONHASHSEED="0")
-    html = stage / "_build" / "html"
-    if result.returncode != 0 or not (html / "index.html").exists():
-        said = re.sub(r"\x1b\[[0-9;]*m", "", result.stderr or result.stdout)
-        said = said.replace(f"{stage}{os.sep}", "")
-        raise BookError(f"the book did not render:\n{said.strip()}")
-    return html
 
 
 def _complete(

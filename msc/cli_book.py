@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 import yaml
 from tqdm import tqdm
 
-from msc.book import build_book
 from msc.chapters import BookError, run_chapters
 from msc.cli_search import check_output
 from msc.notebook import write_notebook
@@ -72,6 +71,8 @@ def add_book(commands: Commands) -> None:
 
 def _run_book(options: argparse.Namespace) -> None:
     """Build the book; print which chapters are executed, why, and the index page."""
+    from msc.book import build_book
+
     index = build_book(profile=options.profile, jobs=options.jobs, say=tqdm.write)
     print(f"The book: {index}")
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.stats import norm
+from scipy.special import ndtri
 
 
 @dataclass(frozen=True)
@@ -161,7 +161,7 @@ def widened(effect: Effect, n_looks: int) -> Effect:
     """
     if effect.low is None:
         return effect
-    factor = norm.ppf(1 - 0.025 / n_looks) / norm.ppf(1 - 0.025)
+    factor = ndtri(1 - 0.025 / n_looks) / ndtri(1 - 0.025)
     if min(effect.value, *effect.bounds) > 0:
         return _mapped(np.exp, _stretched(_mapped(np.log, effect), factor))
     return _stretched(effect, factor)

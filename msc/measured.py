@@ -19,7 +19,6 @@ from math import isnan, nan
 from typing import Any
 
 import pandas as pd
-from scipy.stats import binomtest
 
 from msc.effects import Effect, average, difference, quotient
 
@@ -239,6 +238,8 @@ def _picked(elbow: dict[str, Any], curve: str) -> Effect:
 
 def _picked_share(elbow: dict[str, Any], curve: str, count: int) -> Effect:
     """Find how often it picks so many on parts of them, with Wilson's interval."""
+    from scipy.stats import binomtest  # noqa: PLC0415 (takes a second to load)
+
     picks = elbow["readings"][curve]["resampled"]
     found = binomtest(picks.get(str(count), 0), sum(picks.values()))
     interval = found.proportion_ci(method="wilson")

@@ -305,9 +305,8 @@ def minimise(
 ) -> Start:
     """Run CMA-ES until it converges, stalls or comes near the policy of a known start.
 
-    Where the arm leans on an obstacle the cost is rough, by about a ten-thousandth, and
-    CMA-ES would walk about in it for thousands of evaluations: it is stalled if 40
-    generations lowered the best cost by less than a hundred-thousandth.
+    It is stalled if 40 generations lowered the best cost by less than a
+    hundred-thousandth.
 
     Parameters
     ----------

@@ -193,6 +193,12 @@ def test_an_obstacle_stops_the_arm(arm, walled_arm):
     assert stopped.error > through.error + 0.1
 
 
+def test_contacts_are_as_smooth_as_the_movement(walled_arm, rollouts):
+    nearby = walled_arm.execute_many(policies * (1 + 1e-12), tasks)
+    for one, other in zip(rollouts, nearby, strict=True):  # cylinders: 4e-4 apart
+        np.testing.assert_allclose(one.joints, other.joints, rtol=0, atol=1e-10)
+
+
 def test_an_obstacle_out_of_the_way_changes_nothing(arm, rollouts):
     missed = [k for k, rollout in enumerate(rollouts) if not rollout.touched]
     alone = arm.execute_many(policies[missed], tasks[missed])

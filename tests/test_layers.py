@@ -85,6 +85,7 @@ ROW = [
     "opening",
     "chapters",
     "reference",
+    "rendering",
     "figures",
     "provenance",
     "book",
