@@ -125,13 +125,13 @@ def _describe(errors: Array, weights: ArrayLike | None) -> dict[str, float]:
 
 
 def _divide(label: str, averages: dict[str, Array]) -> list[dict[str, Any]]:
-    """Divide the charts' mean by that of each other method."""
+    """Divide the charts' mean by that of each other method, where that is positive."""
     ours = averages.get("charts")
     return [
         {"measure": label, "method": "charts", "baseline": baseline}
         | _bound(ours / theirs, "ratio")
         for baseline, theirs in averages.items()
-        if ours is not None and baseline != "charts"
+        if ours is not None and baseline != "charts" and (theirs > 0).all()
     ]
 
 

@@ -31,7 +31,12 @@ class Comparison:
 
     @property
     def verdict(self) -> str:
-        """Whether the interval lies below one, above one or includes it."""
+        """Whether the interval lies below one, above one or includes it.
+
+        Undecided too where it is not positive: of two means one may then be zero.
+        """
+        if not min(self.ratio, self.low) > 0:
+            return "undecided"
         if self.high < 1:
             return "lower"
         return "higher" if self.low > 1 else "undecided"

@@ -127,7 +127,7 @@ class CrKR(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: ignore[mis
         self._validate_params()
         X, y = validate_pairs(self, X, y)
         cost = _check_cost(cost, len(X))
-        self.X_fit_ = X
+        self.X_fit_ = X.copy()
         self.length_scale_, self.ridge_ = float(self.length_scale), float(self.ridge)
         if self.tune:
             self.length_scale_, self.ridge_ = _tune(

@@ -17,6 +17,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
+from numbers import Integral
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -71,8 +72,8 @@ class DMP:
             value = getattr(self, name)
             if value is not None and not (value > 0 and math.isfinite(value)):
                 raise ValueError(f"{name}={value}; wanted a positive number")
-        if self.n_basis < 2:
-            raise ValueError(f"n_basis={self.n_basis}; wanted at least 2")
+        if not isinstance(self.n_basis, Integral) or self.n_basis < 2:
+            raise ValueError(f"n_basis={self.n_basis}; wanted at least 2, whole")
 
     @property
     def n_params(self) -> int:
@@ -101,10 +102,18 @@ class DMP:
         Raises
         ------
         ValueError
-            If the policy has another length or is not finite.
+            If the policy has another length, an argument is not finite or not shaped as
+            wanted, or the equations cannot be integrated with these constants.
         """
         weights = check_policies(policy, self.n_params)
-        pull, basis = _responses(self, tuple(np.asarray(times, dtype=float).tolist()))
+        moments = np.asarray(times, dtype=float)
+        if moments.ndim != 1:
+            raise ValueError(f"times has shape {moments.shape}; wanted (n_times,)")
+        for name, point in (("start", start), ("goal", goal)):
+            place = np.asarray(point, dtype=float)
+            if place.shape[-1:] != (2,) or not np.isfinite(place).all():
+                raise ValueError(f"{name}={point}; wanted finite x and y")
+        pull, basis = _responses(self, tuple(moments.tolist()))
         weights = weights.reshape(*weights.shape[:-1], 2, self.n_basis)
         shape = pull[:, None] + np.einsum("tb,...db->...td", basis, weights)
         start = np.asarray(start, dtype=float)[..., None, :]
@@ -128,6 +137,8 @@ class DMP:
         c = np.exp(-self.alpha * np.arange(self.n_basis) / (self.n_basis - 1))
         h = 1 / np.diff(c) ** 2
         psi = np.exp(-np.append(h, h[-1]) * (s - c) ** 2)  # Eq. 8
+        if not psi.sum(axis=1).all():
+            raise ValueError(f"{self}: at some phase all basis functions are zero")
         f = psi / psi.sum(axis=1, keepdims=True)  # Eq. 7
         return np.asarray(f * s if self.gated else f)
 
@@ -197,5 +208,7 @@ def _responses(
         rtol=1e-10,
         atol=1e-12,
     )
+    if not (solution.success and np.isfinite(solution.y).all()):
+        raise ValueError(f"{dmp}: cannot be integrated: {solution.message}")
     x = solution.y[:n].T
     return x[:, 0], x[:, 1:]

@@ -123,18 +123,30 @@ def average(effects: Sequence[Effect], *, geometric: bool) -> Effect:
     Returns
     -------
     Effect
-        The average. Its interval is the average of theirs, as if all erred alike: the
-        widest that it can be.
+        The average, NaN of none. Its interval is the average of theirs, as if all erred
+        alike: the widest that it can be. The average of exact numbers is exact.
+
+    Raises
+    ------
+    ValueError
+        If logarithms are to be averaged and a number or a bound is not positive.
 
     Examples
     --------
     >>> print(average([Effect(1.0, 0.5, 2.0), Effect(4.0, 2.0, 8.0)], geometric=True))
     2 [1, 4]
     """
+    if not effects:
+        return Effect(float("nan"))
     rows = np.array([(effect.value, *effect.bounds) for effect in effects])
+    if geometric and (rows <= 0).any():
+        raise ValueError(
+            f"{rows.min():g}: wanted positive numbers for a geometric mean"
+        )
     means = np.exp(np.log(rows).mean(axis=0)) if geometric else rows.mean(axis=0)
     value, low, high = map(float, means)
-    return Effect(value, low, high)
+    is_exact = all(effect.low is effect.high is None for effect in effects)
+    return Effect(value) if is_exact else Effect(value, low, high)
 
 
 def widened(effect: Effect, n_looks: int) -> Effect:

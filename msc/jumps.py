@@ -43,7 +43,10 @@ def find_jumps(
     array([2])
     """
     order = np.asarray(tasks, dtype=float)
-    order = order[:, 0] if order.ndim == 2 else order
+    if order.ndim == 2 and order.shape[1] == 1:
+        order = order[:, 0]
+    if order.ndim != 1:
+        raise ValueError(f"tasks has shape {order.shape}; wanted one number a task")
     values = np.asarray(policies, dtype=float)
     if values.ndim != 2 or len(values) != len(order) or len(order) < 2:
         raise ValueError(
@@ -52,8 +55,10 @@ def find_jumps(
         )
     if not np.isfinite(values).all():
         raise ValueError("policies has NaN or infinite entries; wanted numbers")
-    if not (np.diff(order) > 0).all():
-        raise ValueError("tasks do not ascend; wanted them sorted, without duplicates")
+    if not (np.isfinite(order).all() and (np.diff(order) > 0).all()):
+        raise ValueError(
+            "tasks do not ascend; wanted them finite and sorted, without duplicates"
+        )
     steps, threshold = step_sizes(values, closed=closed)
     return np.flatnonzero(steps > threshold)
 

@@ -141,7 +141,8 @@ def fit_methods(
         raise ValueError(f"names={unknown} are no methods; wanted some of {METHODS}")
     costs = np.asarray(cost, dtype=float)
     if not (np.isfinite(costs).all() and (costs > 0).all()):
-        raise ValueError(f"cost must be positive and finite. Got {costs.min()}.")
+        bad = costs[~(np.isfinite(costs) & (costs > 0))]
+        raise ValueError(f"cost must be positive and finite. Got {bad[0]}.")
     fitted = {}
     for name in wanted:
         takes_cost = has_fit_parameter(known[name], "cost")
@@ -153,12 +154,13 @@ def fit_methods(
 class LinearInterpolation(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: ignore[misc]
     """Interpolate between the training tasks on either side.
 
-    Before the first training task its policy holds, after the last one the last's.
+    Before the first training task its policy holds, after the last one the last's. Of
+    equal tasks the mean policy counts.
 
     Attributes
     ----------
     tasks_ : ndarray of shape (n_tasks,)
-        The training tasks, ascending.
+        The different training tasks, ascending.
     policies_ : ndarray of shape (n_tasks, n_params) or (n_tasks,)
         Their policies.
     n_features_in_ : int
@@ -198,8 +200,11 @@ class LinearInterpolation(MultiOutputMixin, RegressorMixin, BaseEstimator):  # t
         )
         if X.shape[1] > 1:
             raise ValueError(f"X has {X.shape[1]} features; wanted one to walk along")
-        order = np.argsort(X[:, 0], kind="stable")
-        self.tasks_, self.policies_ = X[order, 0], y[order].astype(np.float64)
+        self.tasks_, place = np.unique(X[:, 0], return_inverse=True)
+        times = np.bincount(place).reshape(-1, *(1,) * (y.ndim - 1))
+        sums = np.zeros((len(self.tasks_), *y.shape[1:]))
+        np.add.at(sums, place, y)
+        self.policies_ = sums / times
         return self
 
     def predict(self, X: Any) -> Array:

@@ -18,7 +18,7 @@ from sklearn.dummy import DummyClassifier
 from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import WhiteKernel
 from sklearn.neighbors import KNeighborsClassifier
-from sklearn.pipeline import make_pipeline
+from sklearn.pipeline import Pipeline, make_pipeline
 from sklearn.preprocessing import StandardScaler
 from sklearn.svm import SVC
 from sklearn.utils._param_validation import HasMethods, StrOptions
@@ -186,8 +186,7 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
             Charts, 0 to n_charts - 1.
         """
         check_is_fitted(self)
-        X = validate_points(self, X, reset=False)
-        return np.asarray(self.gate_.predict(X), dtype=np.intp)
+        return self._ask_gate(validate_points(self, X, reset=False))
 
     def predict(
         self, X: Any, return_std: bool = False, chart: ArrayLike | None = None
@@ -218,14 +217,14 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
         """
         check_is_fitted(self)
         X = validate_points(self, X, reset=False)
-        charts = self.predict_chart(X) if chart is None else self._check(chart, len(X))
+        charts = self._ask_gate(X) if chart is None else self._check(chart, len(X))
         means, stds = np.empty((2, len(X), len(self.regressors_[0])))
         for c in np.unique(charts):
             here = charts == c
             for dim, regressor in enumerate(self.regressors_[c]):
                 if not return_std:
                     means[here, dim] = regressor.predict(X[here])
-                elif "return_std" in inspect.signature(regressor.predict).parameters:
+                elif _returns_std(regressor):
                     means[here, dim], stds[here, dim] = regressor.predict(
                         X[here], return_std=True
                     )
@@ -237,6 +236,9 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
         if self._is_single_output:
             means, stds = means[:, 0], stds[:, 0]
         return (means, stds) if return_std else means
+
+    def _ask_gate(self, X: Array) -> Charts:
+        return np.asarray(self.gate_.predict(X), dtype=np.intp)
 
     def _check(self, chart: ArrayLike, n_tasks: int) -> Charts:
         charts = np.asarray(chart)
@@ -252,6 +254,12 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
                 f"Got {unknown.tolist()}."
             )
         return charts.astype(np.intp)
+
+
+def _returns_std(regressor: Any) -> bool:
+    """Whether `predict` takes `return_std`; a pipeline's hands on what it does not."""
+    last = regressor[-1] if isinstance(regressor, Pipeline) else regressor
+    return "return_std" in inspect.signature(last.predict).parameters
 
 
 def _seeded_clone(estimator: Any, seed: int) -> Any:

@@ -46,7 +46,7 @@ def laplacian_eigen(affinity: sp.csr_array, k: int, seed: int) -> tuple[Array, A
     n_points = affinity.shape[0]
     scale = sp.diags_array(1 / np.sqrt(affinity.sum(axis=1)))
     laplacian = sp.eye_array(n_points) - scale @ affinity @ scale
-    if n_points <= _LARGEST_DENSE:
+    if n_points <= max(_LARGEST_DENSE, k + 1):  # the iterative solver finds fewer
         values, vectors = eigh(laplacian.toarray())
     else:  # shift-invert: the small eigenvalues of a long chain lie very close
         start = np.random.default_rng(seed).standard_normal(n_points)
@@ -165,11 +165,13 @@ def within_chart_squares(X: Array, labels: NDArray[np.intp]) -> float:
     Returns
     -------
     float
-        The sum.
+        The sum; zero for points that differ by no more than rounding.
     """
     members = np.eye(labels.max() + 1)[labels]
     centers = (members.T @ X) / members.sum(axis=0)[:, None]
-    return float(((X - centers[labels]) ** 2).sum())
+    apart = X - centers[labels]
+    rounding = len(X) * np.finfo(float).eps * np.abs(X).max(initial=0.0)
+    return 0.0 if np.abs(apart).max() <= rounding else float((apart**2).sum())
 
 
 def elbow(curve: Array) -> int:

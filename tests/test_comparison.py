@@ -51,6 +51,13 @@ def test_a_verdict_needs_the_whole_interval(low, high, verdict):
     assert Comparison("error", "a", "b", 1.0, low, high).verdict == verdict
 
 
+@pytest.mark.parametrize("baseline", [[-0.15, -0.05], [0.0, 0.0]])
+@pytest.mark.filterwarnings("ignore:divide by zero", "ignore:invalid value")
+def test_a_ratio_to_what_is_not_positive_decides_nothing(baseline):
+    found = compare("excess", {"a": [0.1, 0.3], "b": baseline}, "a", "b")
+    assert found.verdict == "undecided"
+
+
 def test_the_same_tasks_are_compared_with_each_other():
     shuffled = errors.assign(bad=rng.permutation(errors["bad"]))
     paired, unpaired = (compared("good", "bad", table) for table in (errors, shuffled))

@@ -283,3 +283,11 @@ def test_pickle_and_clone():
 @parametrize_with_checks([CrKR(), CrKR(tune=True)])
 def test_scikit_learn(estimator, check):
     check(estimator)
+
+
+def test_what_is_done_to_the_data_afterwards_changes_nothing():
+    X = np.linspace(0, 6, 9)[:, np.newaxis]
+    model = CrKR().fit(X, np.sin(X[:, 0]))
+    before = model.predict([[1.0]])
+    X[:] = 0
+    np.testing.assert_array_equal(model.predict([[1.0]]), before)

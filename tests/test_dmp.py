@@ -158,3 +158,21 @@ def test_a_constant_that_is_not_positive_is_refused(name, value):
 def test_a_single_basis_function_is_refused():
     with pytest.raises(ValueError, match=r"n_basis=1; wanted at least 2"):
         DMP(n_basis=1)
+
+
+def test_times_of_another_shape_are_refused():
+    with pytest.raises(ValueError, match=r"times has shape \(\); wanted \(n_times,\)"):
+        path(np.zeros(6), 1.0)
+
+
+@pytest.mark.parametrize("bad", [[0.0, np.nan], 1.0, [1.0, 2.0, 3.0]])
+@pytest.mark.parametrize("name", ["start", "goal"])
+def test_places_that_are_no_points_are_refused(name, bad):
+    places = {"start": [0, 0], "goal": [1, 1]} | {name: bad}
+    with pytest.raises(ValueError, match=f"{name}=.*; wanted finite x and y"):
+        DMP().path(np.zeros(6), **places, times=[0, 1])
+
+
+def test_constants_without_a_movement_are_refused():
+    with pytest.raises(ValueError, match="all basis functions are zero"):
+        DMP(alpha=0.01).path(np.zeros(6), [0, 0], [1, 1], [0.0, 20.0])

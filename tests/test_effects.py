@@ -62,6 +62,13 @@ def test_a_quotient_of_what_may_be_zero_is_refused():
         quotient(Effect(1.0, -1.0, 2.0), Effect(1.0, 0.5, 2.0))
 
 
+def test_exact_numbers_have_an_exact_average():
+    assert average([Effect(3.0), Effect(5.0)], geometric=False) == Effect(4.0)
+    assert np.isnan(average([], geometric=True).value)
+    with pytest.raises(ValueError, match="-1: wanted positive numbers"):
+        average([Effect(1.0, -1.0, 2.0)], geometric=True)
+
+
 def test_averages_keep_the_widest_interval():
     same = [Effect(2.0, 1.0, 4.0)] * 5
     assert str(average(same, geometric=True)) == "2 [1, 4]"

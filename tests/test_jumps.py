@@ -73,7 +73,9 @@ def test_other_lengths_are_refused(tasks, policies):
         find_jumps(tasks, policies)
 
 
-@pytest.mark.parametrize("tasks", [[0, 2, 1], [0, 0, 1], [0, np.nan, 1]])
+@pytest.mark.parametrize(
+    "tasks", [[0, 2, 1], [0, 0, 1], [0, np.nan, 1], [0, 1, np.inf]]
+)
 def test_tasks_that_do_not_ascend_are_refused(tasks):
     with pytest.raises(ValueError, match="tasks do not ascend"):
         find_jumps(tasks, np.zeros((3, 6)))
@@ -82,3 +84,10 @@ def test_tasks_that_do_not_ascend_are_refused(tasks):
 def test_policies_with_nan_are_refused():
     with pytest.raises(ValueError, match="policies has NaN"):
         find_jumps([0, 1, 2], [[0.0], [np.nan], [1.0]])
+
+
+def test_tasks_of_two_numbers_are_refused():
+    with pytest.raises(
+        ValueError, match=r"tasks has shape \(3, 2\); wanted one number"
+    ):
+        find_jumps(np.eye(3, 2), np.zeros((3, 6)))

@@ -163,6 +163,11 @@ def test_interpolation_has_one_task_parameter():
         LinearInterpolation().fit([[0.0], [1.0]], [0.0, np.nan])
 
 
+def test_linear_interpolation_takes_the_mean_of_equal_tasks():
+    found = LinearInterpolation().fit([[1.0], [0.0], [1.0]], [2.0, 0.0, 4.0])
+    assert found.predict([[0.5], [1.0]]).tolist() == [1.5, 3.0]
+
+
 def test_unknown_methods_are_named():
     with pytest.raises(ValueError, match=r"names=\['chart'\] are no methods; wanted"):
         fit_methods(tasks, policies, cost, names=["charts", "chart"])

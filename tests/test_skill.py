@@ -1,6 +1,7 @@
 import pickle
 
 import numpy as np
+import pandas as pd
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -14,6 +15,8 @@ from sklearn.gaussian_process.kernels import RBF
 from sklearn.kernel_ridge import KernelRidge
 from sklearn.linear_model import LinearRegression, LogisticRegression
 from sklearn.neighbors import KNeighborsRegressor
+from sklearn.pipeline import make_pipeline
+from sklearn.preprocessing import FunctionTransformer
 from sklearn.utils.estimator_checks import parametrize_with_checks
 
 import msc.gaussian
@@ -395,3 +398,21 @@ def test_nothing_of_the_search_is_shared_between_fits():
 )
 def test_scikit_learn(estimator, check):
     check(estimator)
+
+
+def test_names_of_task_parameters_are_kept_without_a_warning():
+    tasks = pd.DataFrame({"angle": np.linspace(0, 6, 20)})
+    skill = ParameterizedSkill(KMeans(2)).fit(tasks, np.sin(tasks.to_numpy()))
+    assert skill.feature_names_in_.tolist() == ["angle"]
+    assert skill.predict(tasks).shape == (20, 1)
+
+
+def test_a_pipeline_hands_on_the_standard_deviation():
+    tasks = np.linspace(0, 6, 12)[:, np.newaxis]
+    process = GaussianProcessRegressor(RBF(), alpha=0.1, optimizer=None)
+    pair = [
+        ParameterizedSkill(None, regressor=regressor).fit(tasks, np.sin(tasks))
+        for regressor in (process, make_pipeline(FunctionTransformer(), process))
+    ]
+    found = [skill.predict(tasks + 0.1, return_std=True) for skill in pair]
+    np.testing.assert_allclose(*found)

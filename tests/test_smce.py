@@ -303,6 +303,7 @@ def test_large_data_take_the_sparse_road_to_the_same_charts(monkeypatch):
     [
         np.ones((2, 1)),
         np.ones((30, 3)),
+        np.full((30, 3), 1 / 3),
         np.arange(3.0)[:, None],
         np.repeat(random_points(0, 8), 5, axis=0),
         np.repeat(random_points(0, 8), 30, axis=0),
@@ -318,6 +319,11 @@ def test_awkward_data_are_clustered_without_a_warning(form, X):
     assert np.isfinite(model.elbow_curve_).all()
     assert len(model.elbow_curve_) == min(10, len(X))
     assert 1 <= model.n_clusters_ <= len(X)
+
+
+@pytest.mark.parametrize("value", [1.0, 0.1, 1 / 3])
+def test_equal_points_are_one_chart(value):
+    assert SMCE(random_state=0).fit(np.full((30, 3), value)).n_clusters_ == 1
 
 
 @few
