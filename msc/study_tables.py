@@ -8,6 +8,8 @@ from typing import Any
 import pandas as pd
 
 from msc.comparison import Comparison
+from msc.sampling import draw_samples
+from msc.tables import load_dataset
 
 WORLDS = {"free": "without obstacles", "obstacles": "with obstacles"}
 SIGNS = {"lower": "●", "undecided": "○", "higher": "✕"}  # of the charts' error
@@ -79,6 +81,54 @@ def ratio_table(
     many = [len({place[level] for place in columns}) > 1 for level in range(3)]
     single: list[Any] = [level for level in (0, 1) if not many[level]]
     return table.droplevel(single, axis=1)
+
+
+def sets_table(
+    study: dict[str, Any],
+    n_samples: int,
+    *,
+    measures: Sequence[str],
+    methods: Sequence[str] = ("charts", "single regression"),
+) -> pd.DataFrame:
+    """Show where the evenly spaced set that begins at 0° stands among all others.
+
+    Parameters
+    ----------
+    study : dict
+        Results of a study.
+    n_samples : int
+        Number of training tasks.
+    measures : sequence of str
+        Which errors.
+    methods : sequence of str, default=("charts", "single regression")
+        Whose.
+
+    Returns
+    -------
+    DataFrame
+        One row a measure and method: its mean error on the set that the figures draw,
+        its rank among the sets of this size, the lowest first, and the lowest, median
+        and highest error of any.
+    """
+    (cell,) = (
+        cell
+        for cell in study["cells"]
+        if (cell["design"], cell["n_samples"]) == ("even", n_samples)
+    )
+    tasks, n_draws = load_dataset(study["workspace"])[0], cell["repetitions"]
+    sets = draw_samples("even", tasks, n_samples, n_draws=n_draws, seed=study["seed"])
+    drawn = [chosen[0] for chosen in sets].index(0)
+    rows = {}
+    for measure in measures:
+        for method in methods:
+            errors = pd.Series(cell["measures"][measure][method]["per_repetition"])
+            rank = f"{errors.rank(method='min')[drawn]:.0f} of {n_draws}"
+            bounds = errors.quantile([0, 0.5, 1]).tolist()
+            rows[measure, method] = [errors[drawn], rank, *bounds]
+    names = ["set drawn", "its rank", "lowest", "median", "highest"]
+    table = pd.DataFrame.from_dict(rows, orient="index", columns=names)
+    table.index = pd.MultiIndex.from_tuples(table.index, names=["", "of all sets"])
+    return table
 
 
 def gate_shares(*studies: dict[str, Any], design: str = "even") -> pd.DataFrame:

@@ -44,6 +44,7 @@ ROW = [
     "elbows",
     "gates",
     "sampling",
+    "pieces",
     "toys",
     "methods",
     "comparison",
@@ -108,6 +109,7 @@ LEARNERS = {
     "elbows",
     "gates",
     "sampling",
+    "pieces",
     "toys",
     "methods",
 }

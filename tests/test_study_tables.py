@@ -1,7 +1,9 @@
 import pytest
 
 from msc.plots_study import plot_sample_sizes, plot_sweep
-from msc.study_tables import compare_cells, gate_shares, ratio_table
+from msc.sampling import draw_samples
+from msc.study_tables import compare_cells, gate_shares, ratio_table, sets_table
+from msc.tables import load_dataset
 
 BASELINES = {"single regression": 2.0, "CrKr": 1.0, "nearest neighbour": 0.5}
 
@@ -54,6 +56,17 @@ def test_a_table_says_which_method_wins_at_each_size():
 def test_what_is_the_same_in_all_columns_is_left_out():
     table = ratio_table(free, measures=["mse, gate learned"], baselines=["CrKr"])
     assert list(table.columns) == ["CrKr"]
+
+
+def test_the_set_drawn_is_ranked_among_all():
+    tasks = load_dataset("free")[0]
+    firsts = [one[0] for one in draw_samples("even", tasks, 24, n_draws=15, seed=5)]
+    errors = {"charts": {"per_repetition": [7.0 + first for first in firsts]}}
+    few = {"design": "even", "n_samples": 24, "repetitions": 15}
+    cells = [cell(24, "uniform"), {**few, "measures": {"error_cm": errors}}]
+    found = {"workspace": "free", "seed": 5, "cells": cells}
+    table = sets_table(found, 24, measures=["error_cm"], methods=["charts"])
+    assert table.loc["error_cm", "charts"].tolist() == [7.0, "1 of 15", 7.0, 14.0, 21.0]
 
 
 def test_designs_are_kept_apart():
