@@ -13,6 +13,7 @@ from msc.comparison import Resamples, interval
 from msc.trial import Trial
 
 SHARES = ("under_1_cm", "touched")  # no ratios: a share is often zero
+FEW = 10  # test tasks; of fewer, a bootstrap's interval is far too narrow
 
 Array = NDArray[np.float64]
 Errors = dict[str, pd.DataFrame]
@@ -73,7 +74,9 @@ def summarise_trials(
     dict
         Under "measures", by measure and method, a summary; under "ratios" the charts'
         mean over that of each other method, with the interval of `compare`. A measure
-        without a test task, as beside jumps where there are none, is left out.
+        without a test task, as beside jumps where there are none, is left out. One of
+        fewer than ten has no ratios: with three test tasks an interval that is meant to
+        miss one time in twenty misses one in four.
 
     Notes
     -----
@@ -99,9 +102,10 @@ def summarise_trials(
             measures[label][method] = {
                 **_bound(averages[method], "mean"),
                 **_describe(values, None if spread else counted),
+                "n_tasks": shape[1],
                 "per_repetition": [_plain(value) for value in per_set[0]],
             }
-        if label not in SHARES:
+        if label not in SHARES and shape[1] >= FEW:
             ratios += _divide(label, averages)
     return {"measures": measures, "ratios": ratios}
 

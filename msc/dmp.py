@@ -112,7 +112,7 @@ class DMP:
         for name, point in (("start", start), ("goal", goal)):
             place = np.asarray(point, dtype=float)
             if place.shape[-1:] != (2,) or not np.isfinite(place).all():
-                raise ValueError(f"{name}={point}; wanted finite x and y")
+                raise ValueError(f"{name}={point!r}; wanted finite x and y")
         pull, basis = _responses(self, tuple(moments.tolist()))
         weights = weights.reshape(*weights.shape[:-1], 2, self.n_basis)
         shape = pull[:, None] + np.einsum("tb,...db->...td", basis, weights)

@@ -8,6 +8,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from sklearn.base import BaseEstimator, MultiOutputMixin, RegressorMixin
+from sklearn.cluster import KMeans
 from sklearn.compose import TransformedTargetRegressor
 from sklearn.dummy import DummyRegressor
 from sklearn.neighbors import KNeighborsRegressor
@@ -22,18 +23,22 @@ from msc.gaussian import gaussian_process
 from msc.skill import ParameterizedSkill
 from msc.smce import SMCE
 
-METHODS = (
+COMMON = (
     "charts",
     "single regression",
     "CrKr",
-    "single, Matérn",
-    "single, periodic",
     "nearest neighbour",
     "linear interpolation",
     "mean policy",
     "zero policy",
 )
-COMMON = tuple(name for name in METHODS if name not in METHODS[3:5])  # quick to fit
+VARIANTS = (  # of the charts and of the single regression: one part exchanged
+    "charts, SVM gate",
+    "charts, k-means",
+    "single, Matérn",
+    "single, periodic",
+)
+METHODS = COMMON + VARIANTS
 
 Array = NDArray[np.float64]
 
@@ -44,7 +49,8 @@ def methods(n_charts: int | None = 4, seed: int = 0) -> dict[str, Any]:
     Parameters
     ----------
     n_charts : int or None, default=4
-        Charts that SMCE is asked for; None leaves it to the elbow.
+        Charts that SMCE is asked for; None leaves it to the elbow. k-means, which has
+        none, is then asked for four.
     seed : int, default=0
         Seed of the clustering, the one part that draws.
 
@@ -57,12 +63,15 @@ def methods(n_charts: int | None = 4, seed: int = 0) -> dict[str, Any]:
         - "single regression": one squared-exponential Gaussian process a dimension,
           as in the paper;
         - "CrKr": cost-regularised kernel regression, both its parameters tuned;
-        - "single, Matérn" and "single, periodic": the single regression with other
-          kernels, see `gaussian_process`;
         - "nearest neighbour": the policy of the nearest training task;
         - "linear interpolation": between the training tasks on either side;
         - "mean policy": the training policies' mean, whatever the task;
-        - "zero policy": no weights, which leaves the arm to the DMP's spring.
+        - "zero policy": no weights, which leaves the arm to the DMP's spring;
+        - "charts, SVM gate": the charts, and a support vector machine that tells which
+          of them a task belongs to;
+        - "charts, k-means": charts found by k-means among the policies;
+        - "single, Matérn" and "single, periodic": the single regression with other
+          kernels, see `gaussian_process`.
 
     Notes
     -----
@@ -79,8 +88,6 @@ def methods(n_charts: int | None = 4, seed: int = 0) -> dict[str, Any]:
         "charts": ParameterizedSkill(charts, random_state=seed),
         "single regression": _single("squared exponential", seed),
         "CrKr": CrKR(tune=True),
-        "single, Matérn": _single("matern", seed),
-        "single, periodic": _single("periodic", seed),
         "nearest neighbour": KNeighborsRegressor(1),
         "linear interpolation": LinearInterpolation(),
         "mean policy": DummyRegressor(),
@@ -90,6 +97,10 @@ def methods(n_charts: int | None = 4, seed: int = 0) -> dict[str, Any]:
             inverse_func=np.asarray,
             check_inverse=False,
         ),
+        "charts, SVM gate": ParameterizedSkill(charts, gate="svm", random_state=seed),
+        "charts, k-means": ParameterizedSkill(KMeans(n_charts or 4), random_state=seed),
+        "single, Matérn": _single("matern", seed),
+        "single, periodic": _single("periodic", seed),
     }
 
 

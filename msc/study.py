@@ -19,15 +19,18 @@ Its layout, which claims and figures read::
          {"n_charts": 1, "n_samples": 24, "repetitions": 10,
           "measures": {MEASURE: {"charts": SUMMARY}}}, …]}
 
-``SUMMARY`` is ``{"mean", "std", "median", "p95", "low", "high", "per_repetition"}``.
+``SUMMARY`` is ``{"mean", "std", "median", "p95", "low", "high", "n_tasks",
+"per_repetition"}``.
 ``MEASURE`` is one of "mse, gate learned", "mse, chart known", "mse, away from jumps",
 "mse, beside jumps", "standardised mse, gate learned", "error_cm", "excess_cost",
 "under_1_cm", "touched" (shares) and "error_cm spread" (standard deviation over the test
 tasks). A measure that no test task belongs to is left out, as beside jumps where there
-are none; shares have no ratios. ``METHOD`` is a name of `msc.methods`: "charts",
-"single regression", "CrKr", "single, Matérn", "single, periodic" (these two in the even
-design only), "nearest neighbour", "linear interpolation", "mean policy" and "zero
-policy". ``low`` and ``high`` bound 95 % bootstrap intervals, see `msc.comparison`.
+are none; shares have no ratios, nor has what fewer than ten test tasks measure, nor
+what is divided by nothing. ``METHOD`` is a name of `msc.methods`: "charts",
+"single regression", "CrKr", "nearest neighbour", "linear interpolation", "mean policy",
+"zero policy" and, in the even design only, "charts, SVM gate", "charts, k-means",
+"single, Matérn" and "single, periodic". ``low`` and ``high`` bound 95 % bootstrap
+intervals, see `msc.comparison`.
 
 Evenly spaced sets are all there are, one for each first task, up to thirty; uniform and
 nonuniform ones thirty, but fifteen from 50 samples on, where fits are dear and sets are

@@ -76,7 +76,7 @@ def ratio_table(
                 here = cells[chosen].set_index("n_samples")["comparison"]
                 place = WORLDS[study["workspace"]], measure, baseline
                 columns[place] = here.map(_cell)
-    table = pd.DataFrame(columns).rename_axis("training tasks")
+    table = pd.DataFrame(columns).rename_axis("training tasks").fillna("–")
     table.columns = table.columns.set_names(["", "", "charts over"])
     many = [len({place[level] for place in columns}) > 1 for level in range(3)]
     single: list[Any] = [level for level in (0, 1) if not many[level]]

@@ -124,9 +124,35 @@ def test_knowing_the_chart_concerns_the_charts_alone(experiment):
     predicted = experiment.methods["charts"].predict(
         experiment.test_tasks, chart=experiment.known_charts
     )
-    np.testing.assert_array_equal(
-        known["charts"], np.mean((predicted - searched) ** 2, axis=1)
+    np.testing.assert_allclose(
+        known["charts"], np.mean((predicted - searched) ** 2, axis=1), rtol=1e-4
     )
+
+
+@pytest.mark.parametrize("shift", [-1e-12, 0.0, 1e-12])
+def test_half_way_between_two_training_tasks_each_counts_half(shift):
+    trial = Experiment("free", n_samples=12, names=["nearest neighbour"])
+    trial.test_tasks = trial.tasks[1:2] + shift  # between the first two trained on
+    trial.test_policies = np.zeros((1, 6))
+    trial.test_table = pd.DataFrame({"task_deg": [15.0], "cost": [0.1]})
+    both = np.mean(policies[[0, 2]] ** 2)
+    assert trial.squared_errors().to_numpy() == pytest.approx(both)
+    with Arm(trial.workspace) as arm:
+        done = arm.execute_many(policies[[0, 2]], 15.0)
+    error = 50 * sum(rollout.error for rollout in done)
+    assert trial.executed["error_cm"].tolist() == pytest.approx([error])
+
+
+def test_where_training_tasks_lie_apart_more_is_beside_a_jump(experiment):
+    sparse = Experiment("free", chosen=[0, 6, 8, 23], names=["nearest neighbour"])
+    between = np.rad2deg(sparse.test_tasks[:, 0])
+    assert sparse.jumps.tolist() == [7, 15]
+    bounds = np.rad2deg(sparse.tasks[sparse.chosen, 0])
+    for task, is_away in zip(between, sparse.away_from_jumps, strict=True):
+        k = np.searchsorted(bounds, task)
+        gap = abs(task - np.array([112.5, 232.5])).min()
+        assert is_away == (gap > bounds[k] - bounds[k - 1])
+    assert not sparse.away_from_jumps.all()
 
 
 def test_away_from_jumps_is_farther_than_training_tasks_lie_apart(experiment):

@@ -9,7 +9,7 @@ import pytest
 from vision import VISIONS, closest, closest_in_grey, contrast, distance, lab
 
 from msc.looks import CHART_COLOURS, CHART_MARKERS, COLOURS, COUNTS, LOOKS, TRIO, WORLDS
-from msc.methods import METHODS
+from msc.methods import COMMON
 from msc.plots_scrubber import WAYS
 from msc.plots_study import PAPER
 
@@ -49,7 +49,7 @@ def test_any_two_methods_differ_by_more_than_colour_or_by_much_colour(one, other
 
 
 def test_every_method_has_a_look():
-    assert set(METHODS) < set(LOOKS)
+    assert set(COMMON) < set(LOOKS)
     assert {name: look["color"] for name, look in LOOKS.items()} == COLOURS
 
 

@@ -4,6 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import interp1d
 from sklearn.base import clone
+from sklearn.cluster import KMeans
 from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import (
     ConstantKernel,
@@ -11,10 +12,19 @@ from sklearn.gaussian_process.kernels import (
     Matern,
     WhiteKernel,
 )
+from sklearn.metrics import adjusted_rand_score
+from sklearn.svm import SVC
 
 from msc.crkr import CrKR
 from msc.gaussian import gaussian_process
-from msc.methods import COMMON, METHODS, LinearInterpolation, fit_methods, methods
+from msc.methods import (
+    COMMON,
+    METHODS,
+    VARIANTS,
+    LinearInterpolation,
+    fit_methods,
+    methods,
+)
 from msc.skill import ParameterizedSkill
 from msc.smce import SMCE
 
@@ -32,7 +42,7 @@ def fitted():
 
 def test_every_method_has_its_name(fitted):
     assert tuple(methods()) == tuple(fitted) == METHODS
-    assert set(METHODS) - set(COMMON) == {"single, Matérn", "single, periodic"}
+    assert METHODS == COMMON + VARIANTS
 
 
 def test_methods_are_fresh_and_can_be_cloned():
@@ -49,6 +59,19 @@ def test_charts_are_as_many_as_asked_for(fitted):
         fitted["charts"].predict(new_tasks),
         alone.fit(tasks, policies).predict(new_tasks),
     )
+
+
+def test_variants_of_the_charts_differ_in_one_part(fitted):
+    ours, gated, means = (
+        fitted[name] for name in ("charts", "charts, SVM gate", "charts, k-means")
+    )
+    np.testing.assert_array_equal(gated.charts_, ours.charts_)
+    chart = ours.predict_chart(new_tasks)
+    same = gated.predict(new_tasks, chart=chart), ours.predict(new_tasks)
+    np.testing.assert_array_equal(*same)
+    assert isinstance(gated.gate_[-1], SVC)
+    expected = KMeans(2, random_state=0).fit_predict(policies)
+    assert adjusted_rand_score(means.charts_, expected) == 1
 
 
 # Single regressions
