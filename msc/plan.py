@@ -13,7 +13,7 @@ from msc.methods import COMMON, METHODS
 from msc.sampling import draw_samples
 
 N_CHARTS = 4  # as the paper has in both workspaces
-MANY, FEW_DRAWS = 50, 15  # samples from which on sets are drawn at random less often
+AT_RANDOM = 15  # training sets of each size at most, where they are drawn at random
 
 
 @dataclass(frozen=True)
@@ -113,8 +113,7 @@ def _list_cells(
         is_even = design == "even"
         names = METHODS if is_even else COMMON
         for n_samples in sizes:
-            few = n_samples >= MANY and not is_even
-            n_draws = min(plan.repetitions, FEW_DRAWS) if few else plan.repetitions
+            n_draws = plan.repetitions if is_even else min(plan.repetitions, AT_RANDOM)
             sets = draw_samples(design, tasks, n_samples, n_draws=n_draws, seed=seed)
             yield Group(design, sets, names=names)
 

@@ -33,8 +33,7 @@ what is divided by nothing. ``METHOD`` is a name of `msc.methods`: "charts",
 intervals, see `msc.comparison`.
 
 Evenly spaced sets are all there are, one for each first task, up to thirty; uniform and
-nonuniform ones thirty, but fifteen from 50 samples on, where fits are dear and sets are
-more alike. In the nonuniform design test tasks count by the same density, as in Eq. 1.
+nonuniform ones fifteen. In the nonuniform design test tasks count by the same density, as in Eq. 1.
 """
 
 from __future__ import annotations

@@ -143,16 +143,11 @@ def test_half_way_between_two_training_tasks_each_counts_half(shift):
     assert trial.executed["error_cm"].tolist() == pytest.approx([error])
 
 
-def test_where_training_tasks_lie_apart_more_is_beside_a_jump(experiment):
-    sparse = Experiment("free", chosen=[0, 6, 8, 23], names=["nearest neighbour"])
-    between = np.rad2deg(sparse.test_tasks[:, 0])
-    assert sparse.jumps.tolist() == [7, 15]
-    bounds = np.rad2deg(sparse.tasks[sparse.chosen, 0])
-    for task, is_away in zip(between, sparse.away_from_jumps, strict=True):
-        k = np.searchsorted(bounds, task)
-        gap = abs(task - np.array([112.5, 232.5])).min()
-        assert is_away == (gap > bounds[k] - bounds[k - 1])
-    assert not sparse.away_from_jumps.all()
+@pytest.mark.parametrize("shift", [-1e-12, 0.0, 1e-12])
+def test_as_far_from_a_jump_as_training_tasks_lie_apart_is_beside_it(shift):
+    trial = Experiment("free", n_samples=12, names=["nearest neighbour"])
+    trial.test_tasks = np.deg2rad([[112.5 - 30 + 1e-12], [112.5 - 30.01]]) + shift
+    assert trial.away_from_jumps.tolist() == [False, True]
 
 
 def test_away_from_jumps_is_farther_than_training_tasks_lie_apart(experiment):
