@@ -33,7 +33,8 @@ what is divided by nothing. ``METHOD`` is a name of `msc.methods`: "charts",
 intervals, see `msc.comparison`.
 
 Evenly spaced sets are all there are, one for each first task, up to thirty; uniform and
-nonuniform ones fifteen. In the nonuniform design test tasks count by the same density, as in Eq. 1.
+nonuniform ones fifteen. In the nonuniform design test tasks count by the same density,
+as in Eq. 1.
 """
 
 from __future__ import annotations
