@@ -123,8 +123,10 @@ def sets_table(
         for method in methods:
             errors = pd.Series(cell["measures"][measure][method]["per_repetition"])
             rank = f"{errors.rank(method='min')[drawn]:.0f} of {n_draws}"
-            bounds = errors.quantile([0, 0.5, 1]).tolist()
-            rows[measure, method] = [errors[drawn], rank, *bounds]
+            first, *bounds = map(
+                "{:.3g}".format, [errors[drawn], *errors.quantile([0, 0.5, 1])]
+            )
+            rows[measure, method] = [first, rank, *bounds]
     names = ["set drawn", "its rank", "lowest", "median", "highest"]
     table = pd.DataFrame.from_dict(rows, orient="index", columns=names)
     table.index = pd.MultiIndex.from_tuples(table.index, names=["", "of all sets"])
