@@ -21,8 +21,8 @@ from rollouts import POPULATION, measure_memory, measure_rollouts
 from searches import measure_growth, measure_searches, measure_skill
 from threadpoolctl import threadpool_limits
 
+import msc.cmaes
 import msc.dataset
-import msc.search
 from msc.cost_tables import (
     growth_table,
     learner_table,
@@ -83,7 +83,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=RESULTS, help="the JSON file")
     options = parser.parse_args()
     if options.quick:  # searches are cut short
-        msc.search.MAX_EVALUATIONS, msc.dataset.MAX_SWEEPS = 45, 0
+        msc.cmaes.MAX_EVALUATIONS, msc.dataset.MAX_SWEEPS = 45, 0
     with threadpool_limits(1):
         figures = measure(QUICK if options.quick else Effort())
     figures = {"quick": options.quick, "machine": machine(), **figures}

@@ -22,11 +22,11 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 from tqdm import tqdm
 
+from msc.cmaes import NEAR
 from msc.journal import Journal
 from msc.search import (
     ENERGY_WEIGHT,
     ERROR_WEIGHT,
-    NEAR,
     SearchResult,
     search_policy,
 )

@@ -12,13 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from msc.arm import Arm, kept_arm
+from msc.cmaes import Start, minimise
 from msc.dmp import DMP
 from msc.search import (
     FIRST_STEP,
-    Start,
     cost,
     free_shape,
-    minimise,
     random_start,
     start_generator,
 )

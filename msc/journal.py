@@ -12,7 +12,8 @@ from typing import IO, Any
 
 import numpy as np
 
-from msc.search import SearchResult, Start
+from msc.cmaes import Start
+from msc.search import SearchResult
 
 _CODE = (
     "workspace",
@@ -22,6 +23,7 @@ _CODE = (
     "control",
     "bullet",
     "arm",
+    "cmaes",
     "search",
     "dataset",
 )

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 from itertools import count
 from typing import Any
@@ -13,6 +12,7 @@ from joblib import Parallel, delayed
 from numpy.typing import NDArray
 from tqdm import tqdm
 
+from msc.cmaes import Costs, Start, minimise
 from msc.dataset import grid
 from msc.dmp import DMP
 from msc.jumps import find_jumps
@@ -22,15 +22,11 @@ from msc.search import (
     ERROR_WEIGHT,
     FIRST_STEP,
     SMALL_STEP,
-    Start,
     free_shape,
-    minimise,
     random_start,
     search_policy,
 )
 from msc.workspace import Workspace, chain, clearance, random_circles
-
-Costs = Callable[[NDArray[np.float64]], list[float]]
 
 KNOT = 1 / 60  # s; step of the plans looked at
 DEPTH_WEIGHT = 100.0  # 1/(m s); a centimetre deep for a tenth of a second costs 0.1

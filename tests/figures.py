@@ -4,8 +4,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
+import msc.cmaes
 import msc.movements
-import msc.search
 from msc import SMCE, Arm, Workspace, load_dataset
 from msc.cost_tables import load_costs
 from msc.evaluation import Experiment
@@ -101,7 +101,7 @@ def weights():
 
 def recordings():
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(msc.search, "MAX_EVALUATIONS", 170)
+        patch.setattr(msc.cmaes, "MAX_EVALUATIONS", 170)
         return record_search(Workspace.obstacles(), 120, seed=3, n_starts=2)
 
 

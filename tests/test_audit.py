@@ -17,7 +17,7 @@ free = Workspace.free()
 def table(tmp_path_factory):
     """A table of four tasks, searched as little as can be."""
     patch = pytest.MonkeyPatch()
-    patch.setattr("msc.search.MAX_EVALUATIONS", 18)
+    patch.setattr("msc.cmaes.MAX_EVALUATIONS", 18)
     path = tmp_path_factory.mktemp("data") / "free.csv"
     found = search_tasks(Plan(free, grid(4), seed=0, n_starts=1))
     save_table(found, path, command="msc search", seed=0)

@@ -12,12 +12,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import msc.cmaes
 import msc.dataset
 import msc.search
 from msc.cli import main
+from msc.cmaes import Start
 from msc.dataset import Plan, grid, search_tasks, take_evenly
 from msc.journal import Journal
-from msc.search import SearchResult, Start
+from msc.search import SearchResult
 from msc.tables import COLUMNS
 from msc.workspace import Workspace
 
@@ -26,9 +28,9 @@ twofold = replace(plan, n_starts=2)
 
 # A module that cuts searches short, in worker processes too.
 BRIEF = """
-import msc.dataset, msc.search
+import msc.cmaes, msc.dataset
 
-msc.search.MAX_EVALUATIONS, msc.dataset.MAX_SWEEPS = 45, 2
+msc.cmaes.MAX_EVALUATIONS, msc.dataset.MAX_SWEEPS = 45, 2
 really = msc.dataset._search
 
 def search(*arguments):
@@ -43,7 +45,7 @@ def in_short(patch):
 
     Of four tasks, two are searched first.
     """
-    patch.setattr(msc.search, "MAX_EVALUATIONS", 9)
+    patch.setattr(msc.cmaes, "MAX_EVALUATIONS", 9)
     patch.setattr(msc.dataset, "MAX_SWEEPS", 1)
     patch.setattr(msc.dataset, "COARSE_DEG", 180.0)
 
@@ -338,7 +340,7 @@ def test_a_search_killed_at_any_moment_goes_on_to_the_same_bytes(
     groups, tmp_path, monkeypatch
 ):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(msc.search, "MAX_EVALUATIONS", 45)
+    monkeypatch.setattr(msc.cmaes, "MAX_EVALUATIONS", 45)
     monkeypatch.setattr(msc.dataset, "MAX_SWEEPS", 2)
     arguments = ["search", "--workspace", "obstacles", "--tasks", "4", "--seed", "3"]
     lines = []

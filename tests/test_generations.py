@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-import msc.search
+import msc.cmaes
 from msc.arm import Arm
 from msc.generations import record_search
 from msc.plots_generations import plot_generations, square_around
@@ -18,7 +18,7 @@ TASK = 120
 @pytest.fixture(scope="module", autouse=True)
 def few_evaluations():
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(msc.search, "MAX_EVALUATIONS", 170)  # 19 times nine
+        patch.setattr(msc.cmaes, "MAX_EVALUATIONS", 170)  # 19 times nine
         yield
 
 

@@ -21,6 +21,7 @@ ROW = [
     "rays",
     "scene",
     "camera",
+    "cmaes",
     "search",
     "generations",
     "journal",
@@ -115,7 +116,7 @@ ONLY_IN = {
     "pybullet": {"bullet"},
     "pybullet_data": {"bullet"},
     "pybullet_utils": {"bullet"},
-    "cma": {"search"},
+    "cma": {"cmaes"},
 }
 
 MODULES = sorted(path.stem for path in PACKAGE.glob("*.py") if path.stem[0] != "_")

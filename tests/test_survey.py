@@ -3,7 +3,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import msc.search
+import msc.cmaes
 import msc.survey
 from msc.arm import Arm
 from msc.control import TIME_STEP
@@ -51,7 +51,7 @@ def starcall(calls):
 
 
 def test_a_look_at_a_layout_says_what_it_found(monkeypatch):
-    monkeypatch.setattr(msc.search, "MAX_EVALUATIONS", 9)
+    monkeypatch.setattr(msc.cmaes, "MAX_EVALUATIONS", 9)
     found = msc.survey._look_at(3, n_tasks=6, seed=0)
     assert found == msc.survey._look_at(3, n_tasks=6, seed=0)
     assert found["circles"] == [list(circle) for circle in random_circles(3)]
