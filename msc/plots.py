@@ -13,9 +13,10 @@ from matplotlib.patches import Circle as Disc
 from numpy.typing import ArrayLike, NDArray
 
 from msc.evaluation import Experiment
+from msc.geometry import chain
 from msc.looks import CHART_COLOURS, CHART_MARKERS, COLOURS, STYLE, TRIO
 from msc.scene import Scene
-from msc.workspace import Workspace, chain
+from msc.workspace import Workspace
 
 __all__ = [
     "CHART_COLOURS",

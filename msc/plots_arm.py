@@ -15,9 +15,10 @@ from numpy.typing import ArrayLike, NDArray
 
 from msc.arm import Rollout
 from msc.dmp import DMP
+from msc.geometry import chain
 from msc.looks import GOAL, STYLE, TRIO
 from msc.plots import draw_arm
-from msc.workspace import Workspace, chain
+from msc.workspace import Workspace
 
 DASHES = ("-", "--", "-.", ":")
 

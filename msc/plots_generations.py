@@ -13,8 +13,9 @@ from matplotlib.patches import Circle as Disc
 from numpy.typing import NDArray
 
 from msc.generations import Recording
+from msc.geometry import chain
 from msc.looks import GOAL, STYLE, TRIO
-from msc.workspace import Workspace, chain
+from msc.workspace import Workspace
 
 STARTS = (TRIO[1], TRIO[0], TRIO[2], "0.3", "0.5", "0.7")
 

@@ -8,12 +8,13 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from msc.generations import Recording
+from msc.geometry import chain
 from msc.looks import GOAL, STYLE
 from msc.plots import WEIGHT_LABELS
 from msc.plots_generations import STARTS, draw_generation, square_around
 from msc.plots_scrubber import FLAT, mark_world
 from msc.scrubber import Mark, Panel, Scrubber, choose_ticks
-from msc.workspace import Workspace, chain
+from msc.workspace import Workspace
 
 N_STEPS = 40  # of the slider: every early generation, then ever fewer
 EVERY = 2  # time steps from one point of a path to the next

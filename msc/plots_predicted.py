@@ -11,13 +11,14 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
 from msc.arm import Arm, Rollout
+from msc.geometry import chain
 from msc.looks import CHART_COLOURS, COLOURS, GOAL, LOOKS, STYLE
 from msc.plots import WEIGHT_LABELS, draw_arm, draw_world
 from msc.plots_curves import DENSE
 from msc.plots_scrubber import mark_world
 from msc.scrubber import Mark, Panel, Scrubber
 from msc.skill import ParameterizedSkill
-from msc.workspace import Workspace, chain
+from msc.workspace import Workspace
 
 FRAME = 6  # time steps from one picture of a film to the next
 _PLAIN = str.maketrans({"$": "", "_": "", "^": ""})

@@ -11,10 +11,11 @@ from numpy.typing import NDArray
 
 from msc.arm import Arm
 from msc.evaluation import Experiment
+from msc.geometry import chain
 from msc.looks import COLOURS, GOAL, STYLE
 from msc.plots import WEIGHT_LABELS, draw_world
 from msc.scrubber import Mark, Panel, Scrubber, choose_ticks
-from msc.workspace import Workspace, chain
+from msc.workspace import Workspace
 
 FRAME = 3  # time steps from one picture of a film to the next: 20 pictures a second
 FLAT = 0.6  # height over width of the panels beside the arm

@@ -11,12 +11,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from msc.arm import Arm, Rollout
 from msc.dmp import check_policies
+from msc.geometry import chain
 from msc.looks import GOAL, STYLE, TRIO
 from msc.plots import draw_arm, draw_world
 from msc.plots_scrubber import FRAME, mark_world
 from msc.scrubber import Mark, Panel, Scrubber
 from msc.search import cost
-from msc.workspace import chain
 
 
 def scrub_weight(

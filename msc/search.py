@@ -11,7 +11,8 @@ from numpy.typing import ArrayLike, NDArray
 from msc.arm import Rollout, kept_arm
 from msc.cmaes import Start, minimise
 from msc.dmp import DMP, check_policies
-from msc.workspace import Workspace, chain
+from msc.geometry import chain
+from msc.workspace import Workspace
 
 ERROR_WEIGHT = 100.0  # 1/m²
 ENERGY_WEIGHT = 0.005  # s/rad²

@@ -15,6 +15,7 @@ from tqdm import tqdm
 from msc.cmaes import Costs, Start, minimise
 from msc.dataset import grid
 from msc.dmp import DMP
+from msc.geometry import chain, clearance
 from msc.jumps import find_jumps
 from msc.kinematics import follow_path
 from msc.search import (
@@ -26,7 +27,7 @@ from msc.search import (
     random_start,
     search_policy,
 )
-from msc.workspace import Workspace, chain, clearance, random_circles
+from msc.workspace import Workspace, random_circles
 
 KNOT = 1 / 60  # s; step of the plans looked at
 DEPTH_WEIGHT = 100.0  # 1/(m s); a centimetre deep for a tenth of a second costs 0.1

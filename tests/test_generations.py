@@ -6,10 +6,11 @@ import pytest
 import msc.cmaes
 from msc.arm import Arm
 from msc.generations import record_search
+from msc.geometry import chain
 from msc.plots_generations import plot_generations, square_around
 from msc.plots_generations_scrubber import N_STEPS, scrub_generations
 from msc.search import cost, search_policy
-from msc.workspace import Workspace, chain
+from msc.workspace import Workspace
 
 world = Workspace.obstacles()
 TASK = 120

@@ -11,6 +11,7 @@ PACKAGE = Path(__file__).parents[1] / "msc"
 
 ROW = [
     "parallel",
+    "geometry",
     "workspace",
     "dmp",
     "kinematics",

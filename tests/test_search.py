@@ -11,6 +11,7 @@ import msc.search
 from msc.arm import Arm, Rollout
 from msc.cmaes import Start, minimise
 from msc.dmp import DMP
+from msc.geometry import chain
 from msc.search import (
     SearchResult,
     cost,
@@ -18,7 +19,7 @@ from msc.search import (
     random_start,
     search_policy,
 )
-from msc.workspace import Workspace, chain
+from msc.workspace import Workspace
 
 free = Workspace.free()
 rough = np.array([3.0, -2.0, 1.0, 0.5, 2.0, -1.0])

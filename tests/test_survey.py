@@ -8,9 +8,10 @@ import msc.survey
 from msc.arm import Arm
 from msc.control import TIME_STEP
 from msc.dmp import DMP
+from msc.geometry import Circle, chain, clearance
 from msc.search import SearchResult
 from msc.survey import choose_layout, locate_cut
-from msc.workspace import Circle, Workspace, chain, clearance, random_circles
+from msc.workspace import Workspace, random_circles
 
 
 @pytest.mark.parametrize(("tie", "cut"), [(70.2, 70.5), (70.4, 70.5), (70.6, 71.0)])
