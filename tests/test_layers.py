@@ -11,6 +11,7 @@ PACKAGE = Path(__file__).parents[1] / "msc"
 
 ROW = [
     "parallel",
+    "sampling",
     "geometry",
     "workspace",
     "dmp",
@@ -45,7 +46,6 @@ ROW = [
     "crkr",
     "elbows",
     "gates",
-    "sampling",
     "toys",
     "methods",
     "comparison",
@@ -97,7 +97,7 @@ ROW = [
     "cli_book",
     "cli",
 ]
-ROBOT = set(ROW[: ROW.index("validation")]) - {"tables", "jumps", "parallel"}
+ROBOT = set(ROW[ROW.index("geometry") : ROW.index("validation")]) - {"tables", "jumps"}
 LEARNERS = {
     "validation",
     "spectral",
