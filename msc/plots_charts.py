@@ -1,6 +1,6 @@
 """The number of charts: file, table and figure of the readings of the elbow.
 
-`msc evaluate` writes the files, one a workspace; see `msc.elbows`.
+`msc evaluate` writes the files, one a workspace; see `msc.elbow_parts`.
 """
 
 from __future__ import annotations
@@ -15,7 +15,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import PercentFormatter
 
-from msc.elbows import READINGS, most_picked
+from msc.elbow_parts import most_picked
+from msc.elbows import READINGS
 from msc.looks import SMALL, STYLE, TRIO
 
 PAPER = 4  # charts, in either workspace

@@ -31,7 +31,7 @@ def load_results(*names: str) -> list[dict[str, Any]]:
     Returns
     -------
     list of dict
-        Their contents, see `msc.study`, `msc.elbows` and `msc.audit`.
+        Their contents, see `msc.study`, `msc.elbow_parts` and `msc.audit`.
 
     Raises
     ------

@@ -47,7 +47,7 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from msc.cells import Errors, measure, summarise_trials
-from msc.elbows import measure_elbows
+from msc.elbow_parts import measure_elbows
 from msc.gates import average_gates, compare_gates
 from msc.parallel import call_in_order
 from msc.plan import N_CHARTS, PROFILES, Profile, list_groups
@@ -152,8 +152,9 @@ def run_elbows(
     Returns
     -------
     dict
-        What `msc.elbows.measure_elbows` found, what it rests on, and under ``"gates"``
-        what `msc.gates.average_gates` gave, on the evenly spaced sets of the sweep.
+        What `msc.elbow_parts.measure_elbows` found, what it rests on, and under
+        ``"gates"`` what `msc.gates.average_gates` gave, on the evenly spaced sets of
+        the sweep.
 
     Raises
     ------
