@@ -6,7 +6,6 @@ parts work.
 """
 
 import argparse
-import json
 import os
 import platform
 from dataclasses import dataclass
@@ -30,7 +29,7 @@ from msc.cost_tables import (
     smce_table,
     task_table,
 )
-from msc.tables import replace_file
+from msc.files import write_json
 from msc.workspace import Workspace
 
 RESULTS = Path(__file__).with_name("results.json")
@@ -88,7 +87,7 @@ def main() -> None:
         figures = measure(QUICK if options.quick else Effort())
     figures = {"quick": options.quick, "machine": machine(), **figures}
     show(figures)
-    replace_file(options.out, json.dumps(figures, indent=2) + "\n")
+    write_json(options.out, figures)
     print(f"\nWritten to {options.out}")
 
 

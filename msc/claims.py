@@ -10,8 +10,8 @@ import pandas as pd
 
 from msc.claim_file import Claim, load_claims
 from msc.effects import Effect
+from msc.files import find_data
 from msc.results import read_result
-from msc.tables import find_data
 from msc.verdicts import Verdict, judge
 
 CLAIMS = "book/claims.yml"

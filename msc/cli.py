@@ -6,7 +6,6 @@ seconds to load is imported by the commands that need it.
 """
 
 import argparse
-import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
@@ -21,7 +20,8 @@ from msc.cli_search import (
     add_survey,
     check_output,
 )
-from msc.tables import load_dataset, replace_file
+from msc.files import replace_file, write_json
+from msc.tables import load_dataset
 
 if TYPE_CHECKING:
     from msc.cli_search import Commands
@@ -135,7 +135,7 @@ def _run_claims(options: argparse.Namespace) -> None:
         if one.unexplained:
             print(f"{one.claim.id}: {one.verdict}, but no `why` quotes a measurement")
     if out:
-        replace_file(out, json.dumps(summarise(verdicts), indent=2) + "\n")
+        write_json(out, summarise(verdicts))
         print(out)
     if readme:
         text = readme.read_text(encoding="utf-8")

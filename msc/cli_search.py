@@ -5,14 +5,14 @@ that need them.
 """
 
 import argparse
-import json
 import re
 import sys
 import tempfile
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from msc.tables import load_dataset, replace_file, save_table
+from msc.files import write_json
+from msc.tables import load_dataset, save_table
 from msc.workspace import Workspace
 
 if TYPE_CHECKING:
@@ -114,7 +114,7 @@ def _run_audit(options: argparse.Namespace) -> None:
         progress=True,
     )
     if out:
-        replace_file(out, json.dumps(found, indent=2) + "\n")
+        write_json(out, found)
     executed, searched = found["executed"], found["searched"]
     print(
         f"executed again: {executed['identical']} of {found['n_tasks']} distances "
@@ -157,7 +157,7 @@ def _run_survey(options: argparse.Namespace) -> None:
         found = locate_cut(seed=options.seed, jobs=options.jobs)
     else:
         found = choose_layout(seed=options.seed, jobs=options.jobs)
-    replace_file(out, json.dumps(found, indent=2) + "\n")
+    write_json(out, found)
     print(out)
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import pandas as pd
 
-from msc.tables import checksum, find_data
+from msc.files import checksum, find_data
 
 # What makes the files whose names begin so.
 _COMMANDS = {

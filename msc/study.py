@@ -48,13 +48,14 @@ from numpy.typing import NDArray
 
 from msc.cells import Errors, measure, summarise_trials
 from msc.elbow_parts import measure_elbows
+from msc.files import find_data
 from msc.gates import average_gates, compare_gates
 from msc.parallel import call_in_order
 from msc.plan import N_CHARTS, PROFILES, Profile, list_groups
 from msc.results import provenance
 from msc.sampling import draw_samples, task_density
 from msc.smce import SMCE
-from msc.tables import find_data, load_dataset
+from msc.tables import load_dataset
 from msc.trial import Trial
 
 WORLDS = ("free", "obstacles")

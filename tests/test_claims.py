@@ -12,7 +12,7 @@ from msc.claim_file import load_claims
 from msc.claims import claims_table, judge_all, load_results, summarise
 from msc.claims_page import readings_markdown, table_markdown, write_claims
 from msc.cli import main
-from msc.tables import checksum
+from msc.files import checksum
 from msc.verdicts import SYMBOLS, judge
 
 ROOT = Path(__file__).parents[1]

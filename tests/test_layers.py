@@ -11,6 +11,7 @@ PACKAGE = Path(__file__).parents[1] / "msc"
 
 ROW = [
     "parallel",
+    "files",
     "sampling",
     "geometry",
     "workspace",
@@ -174,6 +175,7 @@ def test_a_journal_knows_all_the_code_that_a_search_depends_on():
         new -= {
             "journal",
             "workers",
+            "files",
             "tables",
         }  # they keep what is found, and change nothing
     assert set(_CODE) == found
