@@ -3,7 +3,8 @@ import pytest
 
 import msc.audit
 import msc.bisection
-from msc.audit import audit_table, list_jumps, summarise
+from msc.audit import audit_table
+from msc.audit_tables import list_jumps, summarise
 from msc.bisection import bisect, bisect_jumps
 from msc.dataset import Plan, grid, search_tasks
 from msc.search import SearchResult

@@ -65,6 +65,7 @@ ROW = [
     "claims_page",
     "looks",
     "plots",
+    "audit_tables",
     "study_tables",
     "cost_tables",
     "plots_study",
