@@ -96,6 +96,7 @@ ROW = [
     "book",
     "release",
     "print_book",
+    "cli_options",
     "cli_search",
     "cli_book",
     "cli",
