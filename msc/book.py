@@ -107,8 +107,6 @@ def build_book(
     html = build / "html"
     shutil.rmtree(html, ignore_errors=True)
     rendered.rename(html)
-    seconds = {chapter.name: chapter.record.seconds for chapter in chapters}
-    (build / "chapters.json").write_text(json.dumps(seconds, indent=2) + "\n")
     return html / "index.html"
 
 

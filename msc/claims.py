@@ -112,32 +112,6 @@ def load_results(claims: Iterable[Claim], root: Path) -> dict[str, Any]:
     return results
 
 
-def claims_table(verdicts: Iterable[Verdict]) -> pd.DataFrame:
-    """Put verdicts below one another.
-
-    Parameters
-    ----------
-    verdicts : iterable of Verdict
-        What `judge` returned.
-
-    Returns
-    -------
-    DataFrame
-        Index: the claims' names. Columns: the claim, the verdict, what the paper's own
-        reading measured, and which reading gave which verdict.
-    """
-    rows = {
-        one.claim.id: {
-            "claim": one.claim.claim,
-            "verdict": one.words,
-            "measured": one.measured,
-            "readings": one.sentence,
-        }
-        for one in verdicts
-    }
-    return pd.DataFrame.from_dict(rows, orient="index")
-
-
 def summarise(verdicts: Iterable[Verdict]) -> dict[str, Any]:
     """Write verdicts as plain data.
 

@@ -18,19 +18,6 @@ from msc.looks import CHART_COLOURS, CHART_MARKERS, COLOURS, STYLE, TRIO
 from msc.scene import Scene
 from msc.workspace import Workspace
 
-__all__ = [
-    "CHART_COLOURS",
-    "CHART_MARKERS",
-    "COLOURS",
-    "STYLE",
-    "WEIGHT_LABELS",
-    "draw_arm",
-    "draw_world",
-    "plot_execution",
-    "plot_manifold",
-    "plot_workspaces",
-]
-
 WEIGHT_LABELS = ("$w_1^x$", "$w_2^x$", "$w_3^x$", "$w_1^y$", "$w_2^y$", "$w_3^y$")
 
 
