@@ -25,7 +25,6 @@ LOWER = 0.005  # a cost this share below the stored one tells of a missed policy
 def audit_table(
     path: Path,
     *,
-    workspace: Workspace | None = None,
     n_sample: int = 36,
     seed: int = 1,
     jobs: int = 1,
@@ -36,10 +35,7 @@ def audit_table(
     Parameters
     ----------
     path : Path
-        The table.
-    workspace : Workspace, optional
-        Where its policies were searched; by default the one that its file is named
-        after.
+        The table; its name begins with that of its workspace.
     n_sample : int, default=36
         Tasks to search again, drawn at random.
     seed : int, default=1
@@ -62,20 +58,20 @@ def audit_table(
         seed is one that the table was made with.
     """
     _, policies, table = load_dataset(path)
-    world = workspace or Workspace.named(Path(path).stem.partition("_")[0])
+    world = Workspace.named(path.stem.partition("_")[0])
     if not 1 <= n_sample <= len(table):
         raise ValueError(f"sample={n_sample}; wanted from 1 to {len(table)} tasks")
     if seed in set(table["seed"]):
         raise ValueError(f"seed={seed} made this table; wanted a fresh one")
     tasks = table["task_deg"].to_numpy()
     sample = np.random.default_rng(seed).choice(len(table), n_sample, replace=False)
-    command = f"msc audit data/{Path(path).name} --sample {n_sample} --seed {seed}"
+    command = f"msc audit data/{path.name} --sample {n_sample} --seed {seed}"
     return {
-        "table": Path(path).name,
+        "table": path.name,
         "workspace": world.name,
         "n_tasks": len(table),
         "seed": seed,
-        "provenance": provenance(command, Path(path)),
+        "provenance": provenance(command, path),
         "executed": execute_again(world, table, policies),
         "searched": search_again(
             world,

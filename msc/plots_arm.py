@@ -21,9 +21,10 @@ from msc.plots import draw_arm
 from msc.workspace import Workspace
 
 DASHES = ("-", "--", "-.", ":")
+N_HEADINGS = 4  # of the last link at the goal; each gives up to two poses
 
 
-def plot_poses(world: Workspace, task_deg: float, n_poses: int = 4) -> Figure:
+def plot_poses(world: Workspace, task_deg: float) -> Figure:
     """Draw the arm's angles, and several poses that reach one goal.
 
     Parameters
@@ -32,8 +33,6 @@ def plot_poses(world: Workspace, task_deg: float, n_poses: int = 4) -> Figure:
         Whose arm.
     task_deg : float
         The task (degrees).
-    n_poses : int, default=4
-        How many headings of the last link are tried; each gives up to two poses.
 
     Returns
     -------
@@ -50,7 +49,7 @@ def plot_poses(world: Workspace, task_deg: float, n_poses: int = 4) -> Figure:
         _draw_angles(angles, world)
         _draw_task(angles, world, task_deg)
         angles.set_title("a pose is three angles, a task is one")
-        for joints in poses_at(world, goal, n_poses):
+        for joints in poses_at(world, goal, N_HEADINGS):
             draw_arm(poses, world, joints, lw=3, color="0.6")
         poses.plot(*goal, "o", color=GOAL, ms=8, zorder=5)
         poses.set_title("many poses reach the same goal")
@@ -97,9 +96,7 @@ def poses_at(
     return np.array(found).reshape(-1, 3)
 
 
-def plot_weights(
-    world: Workspace, task_deg: float, strength: float, dmp: DMP | None = None
-) -> Figure:
+def plot_weights(world: Workspace, task_deg: float, strength: float) -> Figure:
     """Draw the basis functions over time, and the paths that single weights make.
 
     Parameters
@@ -110,8 +107,6 @@ def plot_weights(
         The task (degrees).
     strength : float
         The weight given to one basis function of x at a time, and its opposite.
-    dmp : DMP, optional
-        The equations; by default ``DMP()``.
 
     Returns
     -------
@@ -119,7 +114,7 @@ def plot_weights(
         Left, over time: the shares of the basis functions, and what a weight of one
         adds to the way; right the paths, in the colours of their basis functions.
     """
-    dmp = dmp or DMP()
+    dmp = DMP()
     times = np.linspace(0, 1, 101)
     shares = dmp.forcing_basis(np.exp(-dmp.alpha * times / dmp.time_scale))
     ends = chain(world.home, world.link_lengths)[-1], world.target(task_deg)

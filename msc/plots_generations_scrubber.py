@@ -21,7 +21,7 @@ EVERY = 2  # time steps from one point of a path to the next
 
 
 def scrub_generations(
-    workspace: Workspace, task_deg: float, run: Recording, *, first: int = 0
+    workspace: Workspace, task_deg: float, run: Recording
 ) -> Scrubber:
     """Let the reader walk through the generations of a start.
 
@@ -33,8 +33,6 @@ def scrub_generations(
         Task angle (degrees).
     run : Recording
         The start.
-    first : int, default=0
-        The step shown at first.
 
     Returns
     -------
@@ -69,9 +67,8 @@ def scrub_generations(
             _costs_panel(run, steps, costs),
             _weights_panel(run, policies),
         ],
-        poster=_poster(workspace, task_deg, run, int(steps[first])),
-        poster_alt=f"The ways of the end effector. {captions[first]}",
-        first=first,
+        poster=_poster(workspace, task_deg, run, int(steps[0])),
+        poster_alt=f"The ways of the end effector. {captions[0]}",
         seconds=6.0,
         walks=True,
         legend={"nine policies": STARTS[0], "the cheapest": "currentColor"},

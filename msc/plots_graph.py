@@ -17,6 +17,8 @@ from msc.looks import CHART_COLOURS, CHART_MARKERS, STYLE, TRIO
 from msc.smce import SMCE
 
 USED = 1e-6  # coefficients: smaller ones are not drawn
+CLOSE = 0.35  # how far around a place a closer look shows
+N_VALUES = 12  # eigenvalues shown
 
 
 def plot_clusterings(
@@ -47,9 +49,7 @@ def plot_clusterings(
     return figure
 
 
-def plot_reconstruction(
-    points: NDArray[np.float64], smce: SMCE, index: int, reach: float = 0.35
-) -> Figure:
+def plot_reconstruction(points: NDArray[np.float64], smce: SMCE, index: int) -> Figure:
     """Draw from which neighbours a point is reconstructed, and how much each counts.
 
     Parameters
@@ -60,8 +60,6 @@ def plot_reconstruction(
         Fitted to them.
     index : int
         Which point.
-    reach : float, default=0.35
-        How far around it is shown.
 
     Returns
     -------
@@ -84,7 +82,7 @@ def plot_reconstruction(
         plane.plot(*points[used].T, "o", color=blue, ms=8, label="used")
         plane.plot(*points[index], "k*", ms=12, label="the point")
         x, y = points[index]
-        plane.set(xlim=(x - reach, x + reach), ylim=(y - reach, y + reach))
+        plane.set(xlim=(x - CLOSE, x + CLOSE), ylim=(y - CLOSE, y + CLOSE))
         plane.set(aspect="equal")
         plane.set_axis_off()
         plane.legend(loc="upper center", ncols=3, handletextpad=0.2)
@@ -98,15 +96,13 @@ def plot_reconstruction(
     return figure
 
 
-def plot_affinity(smce: SMCE, n_values: int = 12) -> Figure:
+def plot_affinity(smce: SMCE) -> Figure:
     """Draw the affinity matrix, and the eigenvalues that tell its pieces.
 
     Parameters
     ----------
     smce : SMCE
         Fitted to policies in the order of their tasks.
-    n_values : int, default=12
-        Eigenvalues shown.
 
     Returns
     -------
@@ -115,7 +111,7 @@ def plot_affinity(smce: SMCE, n_values: int = 12) -> Figure:
         in the same one; right the least eigenvalues of the Laplacian.
     """
     pairs = smce.affinity_matrix_.tocoo()
-    labels, values = smce.labels_, smce.eigenvalues_[:n_values]
+    labels, values = smce.labels_, smce.eigenvalues_[:N_VALUES]
     with plt.rc_context(STYLE):
         figure, (matrix, spectrum) = plt.subplots(
             1, 2, figsize=(7.4, 3.4), width_ratios=(1, 1.1)

@@ -10,7 +10,7 @@ from scipy.sparse.csgraph import connected_components
 from sklearn.decomposition import PCA
 
 from msc.looks import CHART_COLOURS, TRIO
-from msc.plots_graph import edges, plot_graph
+from msc.plots_graph import CLOSE, edges, plot_graph
 from msc.plots_scrubber import FLAT
 from msc.scrubber import Mark, Panel, Scrubber, choose_ticks
 from msc.smce import SMCE
@@ -26,7 +26,6 @@ def scrub_regularization(
     curves: NDArray[np.intp],
     values: Sequence[float],
     *,
-    near: float = 0.35,
     first: int = 0,
 ) -> Scrubber:
     """Let the reader change λ, and see the graph and the charts of points in the plane.
@@ -39,8 +38,6 @@ def scrub_regularization(
         Which curve each belongs to: 0 or 1. SMCE is not told.
     values : sequence of float
         What `regularization` is set to.
-    near : float, default=0.35
-        Half the width of the panel that looks closer, at the origin.
     first : int, default=0
         The step shown at first.
 
@@ -84,8 +81,8 @@ def scrub_regularization(
             Panel(f"{alt}.", x, y, marks, aspect=shape),
             Panel(
                 f"{alt}, where the curves come nearest.",
-                (-near, near),
-                (-near * shape, near * shape),
+                (-CLOSE, CLOSE),
+                (-CLOSE * shape, CLOSE * shape),
                 marks,
                 aspect=shape,
             ),

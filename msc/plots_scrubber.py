@@ -26,9 +26,7 @@ WAYS: dict[str, dict[str, Any]] = {
 }
 
 
-def scrub_execution(
-    experiment: Experiment, *, every: int = 2, first: int | None = None
-) -> Scrubber:
+def scrub_execution(experiment: Experiment, *, every: int = 2) -> Scrubber:
     """Let the reader drag the task and see searched and predicted movements.
 
     Parameters
@@ -37,14 +35,12 @@ def scrub_execution(
         What was trained on what.
     every : int, default=2
         Every how many-th test task is on the slider.
-    first : int, optional
-        The step shown at first; by default the one that the single regression misses
-        most.
 
     Returns
     -------
     Scrubber
         Three panels: the arm, one policy weight over the tasks, the execution errors.
+        At first it shows the task that the single regression misses most.
     """
     shown = slice(None, None, every)
     degrees = experiment.test_table["task_deg"].to_numpy()[shown]
@@ -74,8 +70,7 @@ def scrub_execution(
         + ", ".join(f"{name} {error_cm[name][k]:.2f} cm" for name in WAYS)
         for k in range(len(degrees))
     ]
-    if first is None:
-        first = int(error_cm["single regression"].argmax())
+    first = int(error_cm["single regression"].argmax())
     return Scrubber(
         name="task angle",
         labels=[f"{angle:g} degrees" for angle in degrees],
