@@ -8,7 +8,7 @@ greys, and red for goals.
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, SupportsIndex
 
 SMALL = 8  # points; the smallest text
 STYLE: Any = {
@@ -57,3 +57,35 @@ COUNTS: tuple[dict[str, Any], ...] = (
     {"color": "#46185F", "marker": "o", "ls": "-"},
 )
 GOAL = "#D62728"
+
+
+def chart_colour(chart: SupportsIndex) -> str:
+    """Choose a chart's colour.
+
+    Parameters
+    ----------
+    chart : int
+        Its number, from 0 on.
+
+    Returns
+    -------
+    str
+        One of `CHART_COLOURS`, which come again after the last.
+    """
+    return CHART_COLOURS[int(chart) % len(CHART_COLOURS)]
+
+
+def chart_marker(chart: SupportsIndex) -> str:
+    """Choose a chart's marker.
+
+    Parameters
+    ----------
+    chart : int
+        Its number, from 0 on.
+
+    Returns
+    -------
+    str
+        One of `CHART_MARKERS`, which come again after the last.
+    """
+    return CHART_MARKERS[int(chart) % len(CHART_MARKERS)]

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from msc.evaluation import Experiment
 from msc.geometry import chain
-from msc.looks import CHART_COLOURS, CHART_MARKERS, COLOURS, STYLE, TRIO
+from msc.looks import CHART_COLOURS, COLOURS, STYLE, TRIO, chart_colour, chart_marker
 from msc.scene import Scene
 from msc.workspace import Workspace
 
@@ -170,9 +170,9 @@ def _draw_manifold(
         charts.plot(
             trained[here],
             values[here],
-            CHART_MARKERS[chart % 6],
+            chart_marker(chart),
             ms=4,
-            color=CHART_COLOURS[chart % 6],
+            color=chart_colour(chart),
             mec="white",
             mew=0.4,
             label=f"chart {chart + 1}",

@@ -53,9 +53,7 @@ def plot_quality(*tables: pd.DataFrame, names: tuple[str, ...]) -> Figure:
                     where = table["task_deg"].iloc[jump : jump + 2].mean()
                     axis.axvline(where, color="0.6", ls=":", lw=1)
                 draw(axis, table)
-                if axis in axes[:, 0]:
-                    axis.yaxis.set_label_text(axis.get_ylabel())
-                else:
+                if axis not in axes[:, 0]:
                     axis.set_ylabel("")
             column[0].set_title(name)
             column[-1].set(xlabel="task angle (degrees)", xticks=range(0, 361, 90))

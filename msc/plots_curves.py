@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from msc.looks import CHART_COLOURS, CHART_MARKERS, COLOURS, LOOKS, STYLE
+from msc.looks import COLOURS, LOOKS, STYLE, chart_colour, chart_marker
 from msc.plots import WEIGHT_LABELS
 from msc.skill import ParameterizedSkill
 
@@ -103,7 +103,7 @@ def draw_charts(
     for piece in np.split(np.arange(len(gate)), np.flatnonzero(np.diff(gate)) + 1):
         chart = gate[piece[0]]
         pale = 1.0 if only in (None, chart) else 0.3
-        look: Any = {"color": CHART_COLOURS[chart % 6]}
+        look: Any = {"color": chart_colour(chart)}
         axis.plot(angles[piece], mean[piece], alpha=pale, **look)
         edges = mean[piece] - 2 * std[piece], mean[piece] + 2 * std[piece]
         axis.fill_between(angles[piece], *edges, alpha=0.2 * pale, lw=0, **look)
@@ -112,8 +112,8 @@ def draw_charts(
         axis.plot(
             np.rad2deg(tasks[here, 0]),
             policies[here, weight],
-            CHART_MARKERS[chart % 6],
-            color=CHART_COLOURS[chart % 6],
+            chart_marker(chart),
+            color=chart_colour(chart),
             alpha=1.0 if only in (None, chart) else 0.4,
             ms=5,
             mec="white",

@@ -13,7 +13,7 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
-from msc.looks import CHART_COLOURS, CHART_MARKERS, STYLE, TRIO
+from msc.looks import STYLE, TRIO, chart_colour, chart_marker
 from msc.smce import SMCE
 
 USED = 1e-6  # coefficients: smaller ones are not drawn
@@ -120,7 +120,7 @@ def plot_affinity(smce: SMCE) -> Figure:
         matrix.plot(pairs.col[~same], pairs.row[~same], ".", ms=2, color="black")
         for chart in range(smce.n_clusters_):
             here = same & (labels[pairs.row] == chart)
-            colour = CHART_COLOURS[chart % 6]
+            colour = chart_colour(chart)
             matrix.plot(pairs.col[here], pairs.row[here], ".", ms=2, color=colour)
         matrix.set(aspect="equal", xlabel="policy", ylabel="policy")
         matrix.invert_yaxis()
@@ -187,9 +187,9 @@ def _draw_points(
 ) -> None:
     """Draw points by label."""
     for label in np.unique(labels):
-        look: Any = {"color": CHART_COLOURS[label % 6], "mec": "white", "mew": 0.3}
+        look: Any = {"color": chart_colour(label), "mec": "white", "mew": 0.3}
         here = points[labels == label]
-        axis.plot(*here.T, CHART_MARKERS[label % 6], ms=4, **look)
+        axis.plot(*here.T, chart_marker(label), ms=4, **look)
     axis.set(aspect=aspect)
     axis.set_axis_off()
 

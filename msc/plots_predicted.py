@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from msc.arm import Arm, Rollout
 from msc.geometry import chain
-from msc.looks import CHART_COLOURS, COLOURS, GOAL, LOOKS, STYLE
+from msc.looks import COLOURS, GOAL, LOOKS, STYLE, chart_colour
 from msc.plots import WEIGHT_LABELS, draw_arm, draw_world
 from msc.plots_curves import DENSE
 from msc.plots_scrubber import mark_world
@@ -107,7 +107,7 @@ def _arm_panel(
     marks = mark_world(world)
     goals = world.target(np.rad2deg(tasks[:, 0]))
     for chart in range(skill.n_charts_):
-        look: Any = {"colour": CHART_COLOURS[chart % 6], "width": 4.0}
+        look: Any = {"colour": chart_colour(chart), "width": 4.0}
         marks.append(Mark("dots", goals[skill.charts_ == chart], **look))
     here = [[world.target(angle)] for angle in angles]
     marks.append(Mark("ring", here, "step", colour=GOAL, radius=0.05, width=3.0))
@@ -137,7 +137,7 @@ def _weight_panel(
     low, high = float(values.min() - 0.25 * span), float(values.max() + 0.25 * span)
     marks = []
     for piece in np.split(np.arange(len(gate)), np.flatnonzero(np.diff(gate)) + 1):
-        colour, some = CHART_COLOURS[gate[piece[0]] % 6], piece[::3]
+        colour, some = chart_colour(gate[piece[0]]), piece[::3]
         for sign, look in ((-2, 0.35), (2, 0.35), (0, 1.0)):
             line = np.clip(mean[some] + sign * std[some], low, high)
             points: Any = np.c_[places[some], line]
@@ -146,7 +146,7 @@ def _weight_panel(
     for chart in range(skill.n_charts_):
         here = skill.charts_ == chart
         dots: Any = np.c_[np.rad2deg(tasks[here, 0]), values[here]]
-        marks.append(Mark("dots", dots, colour=CHART_COLOURS[chart % 6], width=4.0))
+        marks.append(Mark("dots", dots, colour=chart_colour(chart), width=4.0))
     upright = [[[float(angle), low]] for angle in angles]
     marks.append(Mark("upright", upright, "step", width=1.0, opacity=0.5))
     for name, one in reversed(list(found.items())):

@@ -14,7 +14,7 @@ from matplotlib.patches import ConnectionPatch
 from numpy.typing import ArrayLike, NDArray
 
 from msc.arm import Rollout
-from msc.looks import CHART_COLOURS, CHART_MARKERS, COLOURS, GOAL, SMALL, STYLE
+from msc.looks import COLOURS, GOAL, SMALL, STYLE, chart_colour, chart_marker
 from msc.plots import WEIGHT_LABELS, draw_arm
 from msc.plots_curves import DENSE, draw_charts
 from msc.skill import ParameterizedSkill
@@ -60,7 +60,7 @@ def plot_composition(
     new = np.deg2rad([[task_deg]])
     chart = int(skill.predict_chart(new)[0])
     mean, std = skill.predict(new, return_std=True)
-    colour = CHART_COLOURS[chart % 6]
+    colour = chart_colour(chart)
     with plt.rc_context(STYLE):
         figure = plt.figure(figsize=(7.4, 6.4))
         grid = figure.add_gridspec(
@@ -108,8 +108,8 @@ def _draw_goals(
     draw_arm(axis, world, world.home, alpha=0.5)
     for chart in range(skill.n_charts_):
         goals = world.target(np.rad2deg(tasks[skill.charts_ == chart, 0]))
-        look: Any = {"color": CHART_COLOURS[chart % 6], "ms": 6, "mec": "white"}
-        marker, label = CHART_MARKERS[chart % 6], f"chart {chart + 1}"
+        look: Any = {"color": chart_colour(chart), "ms": 6, "mec": "white"}
+        marker, label = chart_marker(chart), f"chart {chart + 1}"
         axis.plot(*goals.T, marker, ls="", label=label, zorder=4, **look)
     axis.legend(loc="lower right", ncols=2, columnspacing=0.8, handletextpad=0.1)
 
@@ -120,7 +120,7 @@ def _draw_gate(axis: Axes, skill: ParameterizedSkill) -> None:
     ends = np.flatnonzero(np.diff(gate, prepend=-1, append=-1))
     for start, stop in pairwise(ends):
         chart, step = gate[start], 360 / len(gate)
-        axis.axvspan(start * step, stop * step, color=CHART_COLOURS[chart % 6], lw=0)
+        axis.axvspan(start * step, stop * step, color=chart_colour(chart), lw=0)
         if stop - start > 20:
             middle, text = (start + stop) / 2 * step, f"{chart + 1}"
             look: Any = {"ha": "center", "va": "center", "fontweight": "bold"}
