@@ -8,7 +8,14 @@ greys, and red for goals.
 
 from __future__ import annotations
 
-from typing import Any, SupportsIndex
+from collections.abc import Callable
+from functools import wraps
+from typing import Any, ParamSpec, SupportsIndex
+
+import matplotlib.pyplot as plt
+from matplotlib.figure import Figure
+
+_P = ParamSpec("_P")
 
 SMALL = 8  # points; the smallest text
 STYLE: Any = {
@@ -89,3 +96,27 @@ def chart_marker(chart: SupportsIndex) -> str:
         One of `CHART_MARKERS`, which come again after the last.
     """
     return CHART_MARKERS[int(chart) % len(CHART_MARKERS)]
+
+
+def styled(draw: Callable[_P, Figure]) -> Callable[_P, Figure]:
+    """Have a function draw in the style of all figures, and close what it drew.
+
+    Parameters
+    ----------
+    draw : callable
+        Returns a figure.
+
+    Returns
+    -------
+    callable
+        The same with `STYLE`; pyplot forgets the figure.
+    """
+
+    @wraps(draw)
+    def drawn(*args: _P.args, **options: _P.kwargs) -> Figure:
+        with plt.rc_context(STYLE):
+            figure = draw(*args, **options)
+        plt.close(figure)
+        return figure
+
+    return drawn

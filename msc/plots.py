@@ -14,13 +14,14 @@ from numpy.typing import ArrayLike, NDArray
 
 from msc.evaluation import Experiment
 from msc.geometry import chain
-from msc.looks import CHART_COLOURS, COLOURS, STYLE, TRIO, chart_colour, chart_marker
+from msc.looks import CHART_COLOURS, COLOURS, TRIO, chart_colour, chart_marker, styled
 from msc.scene import Scene
 from msc.workspace import Workspace
 
 WEIGHT_LABELS = ("$w_1^x$", "$w_2^x$", "$w_3^x$", "$w_1^y$", "$w_2^y$", "$w_3^y$")
 
 
+@styled
 def plot_workspaces(*workspaces: Workspace) -> Figure:
     """Draw workspaces as the paper's Figure 1, and as the smooth view shows them.
 
@@ -36,17 +37,13 @@ def plot_workspaces(*workspaces: Workspace) -> Figure:
         the same seen at a slant.
     """
     n_rows = len(workspaces)
-    with plt.rc_context(STYLE):
-        figure, axes = plt.subplots(
-            n_rows, 2, figsize=(7.4, 3.5 * n_rows), squeeze=False
-        )
-        for (plan, view), world in zip(axes, workspaces, strict=True):
-            draw_world(plan, world)
-            draw_arm(plan, world, world.home)
-            plan.set_title(world.name)
-            view.imshow(Scene(world, size=720).shoot(world.home))
-            view.set_axis_off()
-    plt.close(figure)
+    figure, axes = plt.subplots(n_rows, 2, figsize=(7.4, 3.5 * n_rows), squeeze=False)
+    for (plan, view), world in zip(axes, workspaces, strict=True):
+        draw_world(plan, world)
+        draw_arm(plan, world, world.home)
+        plan.set_title(world.name)
+        view.imshow(Scene(world, size=720).shoot(world.home))
+        view.set_axis_off()
     return figure
 
 
@@ -93,6 +90,7 @@ def draw_arm(axis: Axes, world: Workspace, joints: ArrayLike, **style: Any) -> N
     axis.plot(*points[:, -1], "o", color=TRIO[0], ms=6, zorder=3)
 
 
+@styled
 def plot_manifold(
     experiment: Experiment, dimensions: Sequence[int] | None = None
 ) -> Figure:
@@ -114,25 +112,23 @@ def plot_manifold(
     if dimensions is None:
         dimensions = [int(np.argmax(experiment.policies.std(axis=0)))]
     height = 3.3 if len(dimensions) == 1 else 1.9 * len(dimensions)
-    with plt.rc_context(STYLE):
-        figure, axes = plt.subplots(
-            len(dimensions),
-            2,
-            figsize=(7.4, height),
-            sharex=True,
-            sharey="row",
-            squeeze=False,
-        )
-        for (single, charts), dimension in zip(axes, dimensions, strict=True):
-            _draw_manifold(single, charts, experiment, dimension)
-        n_samples = experiment.n_samples
-        n_charts = experiment.methods["charts"].n_charts_
-        axes[0, 0].set_title(f"single regression, {n_samples} samples")
-        axes[0, 1].set_title(f"{n_charts} charts, {n_samples} samples")
-        axes[0, 1].legend(ncols=2)
-        for axis in axes[-1]:
-            axis.set_xlabel("task angle (degrees)")
-    plt.close(figure)
+    figure, axes = plt.subplots(
+        len(dimensions),
+        2,
+        figsize=(7.4, height),
+        sharex=True,
+        sharey="row",
+        squeeze=False,
+    )
+    for (single, charts), dimension in zip(axes, dimensions, strict=True):
+        _draw_manifold(single, charts, experiment, dimension)
+    n_samples = experiment.n_samples
+    n_charts = experiment.methods["charts"].n_charts_
+    axes[0, 0].set_title(f"single regression, {n_samples} samples")
+    axes[0, 1].set_title(f"{n_charts} charts, {n_samples} samples")
+    axes[0, 1].legend(ncols=2)
+    for axis in axes[-1]:
+        axis.set_xlabel("task angle (degrees)")
     return figure
 
 
@@ -203,6 +199,7 @@ def _draw_regression(
         axis.fill_between(angles[piece], low, high, color=colour, alpha=0.15, lw=0)
 
 
+@styled
 def plot_execution(experiment: Experiment) -> Figure:
     """Draw the execution error over the tasks, as the paper's Figures 4 and 7.
 
@@ -218,24 +215,22 @@ def plot_execution(experiment: Experiment) -> Figure:
         marked, tasks that met an obstacle crossed.
     """
     executed = experiment.executed
-    with plt.rc_context(STYLE):
-        figure, axes = plt.subplots(2, 1, figsize=(7.4, 4.6), sharex=True, sharey=True)
-        for axis, method in zip(axes, ("single regression", "charts"), strict=True):
-            rows = executed[executed["method"] == method]
-            mean, std = rows["error_cm"].mean(), rows["error_cm"].std()
-            axis.axhspan(max(0, mean - std), mean + std, color="0.9", lw=0, zorder=0)
-            axis.axhline(mean, color="0.3", lw=1, ls="--")
-            axis.vlines(
-                rows["task_deg"], 0, rows["error_cm"], color=COLOURS[method], lw=2.5
-            )
-            met = rows[rows["touched"]]
-            axis.plot(met["task_deg"], met["error_cm"], "kx", ms=5)
-            for jump in experiment.jumps:
-                place = np.rad2deg(experiment.tasks[jump : jump + 2, 0].mean())
-                axis.axvline(place, color="0.5", lw=0.8, ls=":", zorder=0)
-            axis.set_title(f"{method}: {mean:.2f} ± {std:.2f} cm", loc="left")
-            axis.set(ylabel="error (cm)", xticks=range(0, 361, 60), xlim=(-3, 363))
-        axes[1].set_xlabel("task angle (degrees)")
-        axes[0].set_ylim(bottom=0)
-    plt.close(figure)
+    figure, axes = plt.subplots(2, 1, figsize=(7.4, 4.6), sharex=True, sharey=True)
+    for axis, method in zip(axes, ("single regression", "charts"), strict=True):
+        rows = executed[executed["method"] == method]
+        mean, std = rows["error_cm"].mean(), rows["error_cm"].std()
+        axis.axhspan(max(0, mean - std), mean + std, color="0.9", lw=0, zorder=0)
+        axis.axhline(mean, color="0.3", lw=1, ls="--")
+        axis.vlines(
+            rows["task_deg"], 0, rows["error_cm"], color=COLOURS[method], lw=2.5
+        )
+        met = rows[rows["touched"]]
+        axis.plot(met["task_deg"], met["error_cm"], "kx", ms=5)
+        for jump in experiment.jumps:
+            place = np.rad2deg(experiment.tasks[jump : jump + 2, 0].mean())
+            axis.axvline(place, color="0.5", lw=0.8, ls=":", zorder=0)
+        axis.set_title(f"{method}: {mean:.2f} ± {std:.2f} cm", loc="left")
+        axis.set(ylabel="error (cm)", xticks=range(0, 361, 60), xlim=(-3, 363))
+    axes[1].set_xlabel("task angle (degrees)")
+    axes[0].set_ylim(bottom=0)
     return figure

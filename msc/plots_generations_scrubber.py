@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from msc.generations import Recording
 from msc.geometry import chain
-from msc.looks import GOAL, STYLE
+from msc.looks import GOAL, styled
 from msc.plots import WEIGHT_LABELS
 from msc.plots_generations import STARTS, draw_generation, square_around
 from msc.plots_scrubber import FLAT, mark_world
@@ -162,13 +162,12 @@ def _weights_panel(run: Recording, policies: NDArray[np.float64]) -> Panel:
     )
 
 
+@styled
 def _poster(
     workspace: Workspace, task_deg: float, run: Recording, generation: int
 ) -> Figure:
     """Draw one generation as a picture."""
-    with plt.rc_context(STYLE):
-        figure, axis = plt.subplots(figsize=(4.2, 4.2))
-        draw_generation(axis, workspace, task_deg, run, generation)
-        axis.set_title(f"generation {generation + 1}")
-    plt.close(figure)
+    figure, axis = plt.subplots(figsize=(4.2, 4.2))
+    draw_generation(axis, workspace, task_deg, run, generation)
+    axis.set_title(f"generation {generation + 1}")
     return figure

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from msc.arm import Arm, Rollout
 from msc.geometry import chain
-from msc.looks import COLOURS, GOAL, LOOKS, STYLE, chart_colour
+from msc.looks import COLOURS, GOAL, LOOKS, chart_colour, styled
 from msc.plots import WEIGHT_LABELS, draw_arm, draw_world
 from msc.plots_curves import DENSE
 from msc.plots_scrubber import mark_world
@@ -190,6 +190,7 @@ def _missed_panel(
     )
 
 
+@styled
 def _poster(
     world: Workspace,
     rollouts: Mapping[str, list[Rollout]],
@@ -197,14 +198,12 @@ def _poster(
     first: int,
 ) -> Figure:
     """Draw one step as a picture: the movements and the poses at their ends."""
-    with plt.rc_context(STYLE):
-        figure, plane = plt.subplots(figsize=(4.2, 4.2))
-        draw_world(plane, world)
-        for name, some in reversed(list(rollouts.items())):
-            look: Any = {"color": COLOURS[name], "label": name, "ls": LOOKS[name]["ls"]}
-            draw_arm(plane, world, some[first].joints[-1], lw=3, color=COLOURS[name])
-            plane.plot(*some[first].path.T, **look)
-        plane.plot(*world.target(angles[first]), "o", color=GOAL, ms=8, zorder=5)
-        plane.legend(loc="lower right")
-    plt.close(figure)
+    figure, plane = plt.subplots(figsize=(4.2, 4.2))
+    draw_world(plane, world)
+    for name, some in reversed(list(rollouts.items())):
+        look: Any = {"color": COLOURS[name], "label": name, "ls": LOOKS[name]["ls"]}
+        draw_arm(plane, world, some[first].joints[-1], lw=3, color=COLOURS[name])
+        plane.plot(*some[first].path.T, **look)
+    plane.plot(*world.target(angles[first]), "o", color=GOAL, ms=8, zorder=5)
+    plane.legend(loc="lower right")
     return figure

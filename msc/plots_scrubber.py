@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from msc.arm import Arm
 from msc.evaluation import Experiment
 from msc.geometry import chain
-from msc.looks import COLOURS, GOAL, STYLE
+from msc.looks import COLOURS, GOAL, styled
 from msc.plots import WEIGHT_LABELS, draw_world
 from msc.scrubber import Mark, Panel, Scrubber, choose_ticks
 from msc.workspace import Workspace
@@ -183,23 +183,22 @@ def _uprights(degrees: NDArray[Any]) -> list[list[list[float]]]:
     return [[[float(angle), 0.0]] for angle in degrees]
 
 
+@styled
 def _poster(
     experiment: Experiment, angle: float, films: dict[str, NDArray[Any]], step: int
 ) -> Figure:
     """Draw one step as a picture."""
-    with plt.rc_context(STYLE):
-        figure, axis = plt.subplots(figsize=(4.2, 4.2))
-        draw_world(axis, experiment.workspace)
-        axis.plot(*experiment.workspace.target(angle), "o", color="red", ms=8)
-        for name, film in films.items():
-            axis.plot(*film[step, :, -1].T, ls="--", lw=1, color=WAYS[name]["colour"])
-            axis.plot(
-                *film[step, -1].T,
-                lw=WAYS[name]["width"],
-                color=WAYS[name]["colour"],
-                alpha=WAYS[name].get("opacity", 1.0),
-                label=name,
-            )
-        axis.legend()
-    plt.close(figure)
+    figure, axis = plt.subplots(figsize=(4.2, 4.2))
+    draw_world(axis, experiment.workspace)
+    axis.plot(*experiment.workspace.target(angle), "o", color="red", ms=8)
+    for name, film in films.items():
+        axis.plot(*film[step, :, -1].T, ls="--", lw=1, color=WAYS[name]["colour"])
+        axis.plot(
+            *film[step, -1].T,
+            lw=WAYS[name]["width"],
+            color=WAYS[name]["colour"],
+            alpha=WAYS[name].get("opacity", 1.0),
+            label=name,
+        )
+    axis.legend()
     return figure

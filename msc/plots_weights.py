@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from msc.arm import Arm, Rollout
 from msc.dmp import check_policies
 from msc.geometry import chain
-from msc.looks import GOAL, STYLE, TRIO
+from msc.looks import GOAL, TRIO, styled
 from msc.plots import draw_arm, draw_world
 from msc.plots_scrubber import FRAME, mark_world
 from msc.scrubber import Mark, Panel, Scrubber
@@ -134,16 +134,15 @@ def _cost_panel(added: NDArray[np.float64], costs: NDArray[np.float64]) -> Panel
     )
 
 
+@styled
 def _poster(arm: Arm, task_deg: float, rollouts: list[Rollout], first: int) -> Figure:
     """Draw all ways in one picture, and the pose at the end of one."""
     world = arm.workspace
-    with plt.rc_context(STYLE):
-        figure, axis = plt.subplots(figsize=(4.2, 4.2))
-        draw_world(axis, world)
-        for rollout in rollouts[:: max(1, len(rollouts) // 9)]:
-            axis.plot(*rollout.path.T, color="0.75", lw=1)
-        axis.plot(*rollouts[first].path.T, color=TRIO[0], lw=2.5)
-        draw_arm(axis, world, rollouts[first].joints[-1], alpha=0.5)
-        axis.plot(*world.target(task_deg), "o", color=GOAL, ms=8, zorder=5)
-    plt.close(figure)
+    figure, axis = plt.subplots(figsize=(4.2, 4.2))
+    draw_world(axis, world)
+    for rollout in rollouts[:: max(1, len(rollouts) // 9)]:
+        axis.plot(*rollout.path.T, color="0.75", lw=1)
+    axis.plot(*rollouts[first].path.T, color=TRIO[0], lw=2.5)
+    draw_arm(axis, world, rollouts[first].joints[-1], alpha=0.5)
+    axis.plot(*world.target(task_deg), "o", color=GOAL, ms=8, zorder=5)
     return figure
