@@ -10,9 +10,8 @@ from numpy.typing import NDArray
 from msc.generations import Recording
 from msc.geometry import chain
 from msc.looks import GOAL, styled
-from msc.plots import WEIGHT_LABELS
+from msc.marks import FLAT, WEIGHT_NAMES, mark_world
 from msc.plots_generations import STARTS, draw_generation, square_around
-from msc.plots_scrubber import FLAT, mark_world
 from msc.scrubber import Mark, Panel, Scrubber, choose_ticks
 from msc.workspace import Workspace
 
@@ -142,9 +141,6 @@ def _weights_panel(run: Recording, policies: NDArray[np.float64]) -> Panel:
     low, high = tried[:, plane].min(axis=0), tried[:, plane].max(axis=0)
     margin = 0.05 * (high - low)
     (left, bottom), (right, top) = low - margin, high + margin
-    names = [
-        WEIGHT_LABELS[k].strip("$").replace("_", "").replace("^", "") for k in plane
-    ]
     return Panel(
         "Two weights of the policies, those of the chosen generation marked.",
         (float(left), float(right)),
@@ -155,8 +151,8 @@ def _weights_panel(run: Recording, policies: NDArray[np.float64]) -> Panel:
             Mark("dots", policies[:, :1, plane], "step", width=4.5),
         ],
         aspect=FLAT,
-        x_label=f"policy weight {names[0]}",
-        y_label=f"policy weight {names[1]}",
+        x_label=f"policy weight {WEIGHT_NAMES[across]}",
+        y_label=f"policy weight {WEIGHT_NAMES[up]}",
         x_ticks=choose_ticks(left, right),
         y_ticks=choose_ticks(bottom, top),
     )

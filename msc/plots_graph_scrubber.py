@@ -10,8 +10,8 @@ from scipy.sparse.csgraph import connected_components
 from sklearn.decomposition import PCA
 
 from msc.looks import CHART_COLOURS, TRIO
+from msc.marks import FLAT, TASK_AXIS
 from msc.plots_graph import CLOSE, edges, plot_graph
-from msc.plots_scrubber import FLAT
 from msc.scrubber import Mark, Panel, Scrubber, choose_ticks
 from msc.smce import SMCE
 from msc.spectral import elbow
@@ -158,9 +158,8 @@ def scrub_charts(
                 _range(values),
                 _chart_dots(np.c_[degrees, values], labels, MAX_CHARTS, width=2.0),
                 aspect=FLAT,
-                x_label="task angle (degrees)",
+                **TASK_AXIS,
                 y_label="policy weight",
-                x_ticks=(0, 90, 180, 270, 360),
                 y_ticks=choose_ticks(*_range(values)),
             ),
             _elbow_panel(curve),

@@ -70,6 +70,7 @@ ROW = [
     "cost_tables",
     "plots_study",
     "scrubber",
+    "marks",
     "plots_scrubber",
     "plots_costs",
     "plots_arm",
