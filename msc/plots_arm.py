@@ -17,7 +17,7 @@ from msc.arm import Rollout
 from msc.dmp import DMP
 from msc.geometry import chain
 from msc.looks import GOAL, TRIO, styled
-from msc.plots import draw_arm
+from msc.plots_world import draw_arm
 from msc.workspace import Workspace
 
 DASHES = ("-", "--", "-.", ":")

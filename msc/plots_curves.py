@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from msc.looks import COLOURS, LOOKS, chart_colour, chart_marker, styled
-from msc.plots import WEIGHT_LABELS
+from msc.plots_world import WEIGHT_LABELS
 from msc.skill import ParameterizedSkill
 
 DENSE = np.linspace(0, 2 * np.pi, 721, endpoint=False)[:, None]  # tasks (rad)

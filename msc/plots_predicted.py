@@ -13,8 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 from msc.arm import Arm, Rollout
 from msc.looks import COLOURS, GOAL, LOOKS, chart_colour, styled
 from msc.marks import TASK_AXIS, WEIGHT_NAMES, films, mark_world, uprights, world_panel
-from msc.plots import draw_arm, draw_world
 from msc.plots_curves import DENSE
+from msc.plots_world import draw_arm, draw_world
 from msc.scrubber import Mark, Panel, Scrubber
 from msc.skill import ParameterizedSkill
 from msc.workspace import Workspace

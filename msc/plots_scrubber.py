@@ -21,7 +21,7 @@ from msc.marks import (
     uprights,
     world_panel,
 )
-from msc.plots import draw_world
+from msc.plots_world import draw_world
 from msc.scrubber import Mark, Panel, Scrubber, choose_ticks
 
 FRAME = 3  # time steps from one picture of a film to the next: 20 pictures a second

@@ -15,8 +15,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from msc.arm import Rollout
 from msc.looks import COLOURS, GOAL, SMALL, chart_colour, chart_marker, styled
-from msc.plots import WEIGHT_LABELS, draw_arm
 from msc.plots_curves import DENSE, draw_charts
+from msc.plots_world import WEIGHT_LABELS, draw_arm
 from msc.skill import ParameterizedSkill
 from msc.workspace import Workspace
 

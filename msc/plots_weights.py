@@ -13,8 +13,8 @@ from msc.arm import Arm, Rollout
 from msc.dmp import check_policies
 from msc.looks import GOAL, TRIO, styled
 from msc.marks import films, mark_world, world_panel
-from msc.plots import draw_arm, draw_world
 from msc.plots_scrubber import FRAME
+from msc.plots_world import draw_arm, draw_world
 from msc.scrubber import Mark, Panel, Scrubber
 from msc.search import cost
 

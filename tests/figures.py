@@ -12,7 +12,7 @@ from msc.evaluation import Experiment
 from msc.generations import record_search
 from msc.looks import LOOKS
 from msc.movements import Movements
-from msc.plots import plot_execution, plot_manifold, plot_workspaces
+from msc.plots import plot_execution, plot_manifold
 from msc.plots_arm import plot_followed, plot_poses, plot_weights
 from msc.plots_audit import plot_curves, plot_quality
 from msc.plots_charts import plot_elbows
@@ -33,6 +33,7 @@ from msc.plots_scrubber import scrub_execution
 from msc.plots_skill import plot_composition
 from msc.plots_study import plot_sample_sizes, plot_sweep
 from msc.plots_weights import scrub_weight
+from msc.plots_world import plot_workspaces
 from msc.results import load_results
 from msc.toys import near_curves
 

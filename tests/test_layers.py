@@ -64,6 +64,7 @@ ROW = [
     "claims",
     "claims_page",
     "looks",
+    "plots_world",
     "plots",
     "audit_tables",
     "study_tables",
