@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from msc.arm import Arm
 from msc.bisection import bisect_jumps
 from msc.parallel import call_in_order
-from msc.results import provenance
+from msc.results import describe_origin
 from msc.search import search_policy
 from msc.tables import load_dataset
 from msc.workspace import Workspace
@@ -71,7 +71,7 @@ def audit_table(
         "workspace": world.name,
         "n_tasks": len(table),
         "seed": seed,
-        "provenance": provenance(command, path),
+        "provenance": describe_origin(command, path),
         "executed": execute_again(world, table, policies),
         "searched": search_again(
             world,

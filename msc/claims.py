@@ -37,7 +37,7 @@ def judge_all(root: Path) -> list[Verdict]:
         If a claim or a result file is not as wanted.
     """
     claims = load_claims(root / CLAIMS)
-    results = load_results(claims, root)
+    results = read_results(claims, root)
     return [judge(claim, results) for claim in claims]
 
 
@@ -64,7 +64,7 @@ def show_claims(*ids: str) -> pd.DataFrame:
     if unknown := set(ids) - set(claims):
         raise ValueError(f"ids: {sorted(unknown)}; wanted some of {list(claims)}")
     chosen = [claims[one] for one in ids]
-    results = load_results(chosen, root)
+    results = read_results(chosen, root)
     rows = {}
     for found in (judge(claim, results) for claim in chosen):
         rows[found.claim.id, "the claim"] = (found.verdict, "")
@@ -82,7 +82,7 @@ class _Whole(pd.DataFrame):
             return self.to_html()
 
 
-def load_results(claims: Iterable[Claim], root: Path) -> dict[str, Any]:
+def read_results(claims: Iterable[Claim], root: Path) -> dict[str, Any]:
     """Load the result files that claims need.
 
     Parameters

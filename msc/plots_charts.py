@@ -1,4 +1,4 @@
-"""The number of charts: file, table and figure of the readings of the elbow.
+"""The number of charts: tables and figure of the readings of the elbow, and the gates.
 
 `msc evaluate` writes the files, one a workspace; see `msc.elbow_parts`.
 """

@@ -15,7 +15,7 @@ _COMMANDS = {
     "study": "msc evaluate --profile full",
     "elbow": "msc evaluate --profile full",
     "audit": "msc audit data/{world}.csv --out data/results/audit_{world}.json",
-    "claims": "msc claims --out data/results/claims.json",
+    "claims": "msc claims --out data/results/claims.json --readme README.md",
     "results": "make bench",
 }
 
@@ -83,7 +83,7 @@ def read_result(path: Path, data: Path) -> Any:
     return found
 
 
-def provenance(command: str, *tables: Path) -> dict[str, Any]:
+def describe_origin(command: str, *tables: Path) -> dict[str, Any]:
     """Say what made a result, for its file.
 
     Parameters

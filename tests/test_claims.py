@@ -9,7 +9,7 @@ from imagined import imagine
 
 from msc.book import pages
 from msc.claim_file import load_claims
-from msc.claims import judge_all, load_results, summarise
+from msc.claims import judge_all, read_results, summarise
 from msc.claims_page import readings_markdown, table_markdown, write_claims
 from msc.cli import main
 from msc.files import checksum
@@ -370,10 +370,10 @@ def test_results_of_other_tables_are_refused(repository):
     claims = load_claims(repository / "book" / "claims.yml")
     provenance = {"provenance": {"data": {"free.csv": checksum(table)}}}
     (repository / STUDY).write_text(json.dumps(study(mse={24: LOW}) | provenance))
-    assert STUDY in load_results(claims, repository)
+    assert STUDY in read_results(claims, repository)
     table.write_text("a\n2\n")
     with pytest.raises(ValueError, match=r"study_free\.json rests on another free"):
-        load_results(claims, repository)
+        read_results(claims, repository)
 
 
 def test_the_command_prints_and_writes_verdicts(repository, capsys):

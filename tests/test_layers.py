@@ -55,7 +55,7 @@ ROW = [
     "trial",
     "evaluation",
     "cells",
-    "plan",
+    "profiles",
     "study",
     "effects",
     "measured",
