@@ -6,7 +6,6 @@ parts work.
 """
 
 import argparse
-import json
 import os
 import platform
 from dataclasses import dataclass
@@ -21,8 +20,8 @@ from rollouts import POPULATION, measure_memory, measure_rollouts
 from searches import measure_growth, measure_searches, measure_skill
 from threadpoolctl import threadpool_limits
 
+import msc.cmaes
 import msc.dataset
-import msc.search
 from msc.cost_tables import (
     growth_table,
     learner_table,
@@ -30,7 +29,7 @@ from msc.cost_tables import (
     smce_table,
     task_table,
 )
-from msc.tables import replace_file
+from msc.files import write_json
 from msc.workspace import Workspace
 
 RESULTS = Path(__file__).with_name("results.json")
@@ -83,12 +82,12 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=RESULTS, help="the JSON file")
     options = parser.parse_args()
     if options.quick:  # searches are cut short
-        msc.search.MAX_EVALUATIONS, msc.dataset.MAX_SWEEPS = 45, 0
+        msc.cmaes.MAX_EVALUATIONS, msc.dataset.MAX_SWEEPS = 45, 0
     with threadpool_limits(1):
         figures = measure(QUICK if options.quick else Effort())
     figures = {"quick": options.quick, "machine": machine(), **figures}
     show(figures)
-    replace_file(options.out, json.dumps(figures, indent=2) + "\n")
+    write_json(options.out, figures)
     print(f"\nWritten to {options.out}")
 
 

@@ -18,7 +18,7 @@ from threadpoolctl import threadpool_limits
 from timing import clock, interleave, peak_mb, spread
 from tqdm import tqdm
 
-from msc.dataset import take_evenly
+from msc.sampling import take_evenly
 from msc.skill import ParameterizedSkill
 from msc.smce import SMCE
 from msc.tables import load_dataset

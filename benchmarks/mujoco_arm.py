@@ -11,7 +11,8 @@ from msc.arm import N_STEPS
 from msc.bullet import SUBSTEPS
 from msc.control import TIME_STEP
 from msc.dynamics import rod_inertia
-from msc.workspace import LINK_RADIUS, Workspace, chain
+from msc.geometry import LINK_RADIUS, chain
+from msc.workspace import Workspace
 
 try:
     import mujoco

@@ -18,9 +18,10 @@ from msc.bullet import SUBSTEPS, World, load_pybullet
 from msc.control import TIME_STEP, Controller
 from msc.dmp import DMP
 from msc.dynamics import coupled_inertias, joint_torques
+from msc.geometry import chain
 from msc.kinematics import DAMPING
 from msc.search import ENERGY_WEIGHT, ERROR_WEIGHT
-from msc.workspace import Workspace, chain
+from msc.workspace import Workspace
 
 STEP = TIME_STEP / SUBSTEPS  # s
 N_PHYSICS_STEPS = SUBSTEPS * N_STEPS

@@ -11,8 +11,9 @@ from tqdm import tqdm
 
 import msc.search
 from msc.arm import kept_arm
-from msc.dataset import Plan, grid, search_tasks, take_evenly
+from msc.dataset import Plan, grid, search_tasks
 from msc.dmp import DMP
+from msc.sampling import take_evenly
 from msc.skill import ParameterizedSkill
 from msc.smce import SMCE
 from msc.tables import load_dataset

@@ -12,8 +12,9 @@ from numpy.typing import ArrayLike, NDArray
 from msc.bullet import World
 from msc.control import TIME_STEP, Controller
 from msc.dmp import DMP, check_policies
+from msc.geometry import chain
 from msc.kinematics import follow_path
-from msc.workspace import Workspace, chain
+from msc.workspace import Workspace
 
 N_MOVING, N_SETTLING = 60, 6  # steps: one second of movement, a tenth to settle
 N_STEPS = N_MOVING + N_SETTLING

@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 from msc.arm import Arm
 from msc.bisection import bisect_jumps
 from msc.parallel import call_in_order
-from msc.results import provenance
+from msc.results import describe_origin
 from msc.search import search_policy
 from msc.tables import load_dataset
 from msc.workspace import Workspace
@@ -25,7 +25,6 @@ LOWER = 0.005  # a cost this share below the stored one tells of a missed policy
 def audit_table(
     path: Path,
     *,
-    workspace: Workspace | None = None,
     n_sample: int = 36,
     seed: int = 1,
     jobs: int = 1,
@@ -36,10 +35,7 @@ def audit_table(
     Parameters
     ----------
     path : Path
-        The table.
-    workspace : Workspace, optional
-        Where its policies were searched; by default the one that its file is named
-        after.
+        The table; its name begins with that of its workspace.
     n_sample : int, default=36
         Tasks to search again, drawn at random.
     seed : int, default=1
@@ -62,20 +58,20 @@ def audit_table(
         seed is one that the table was made with.
     """
     _, policies, table = load_dataset(path)
-    world = workspace or Workspace.named(Path(path).stem.partition("_")[0])
+    world = Workspace.named(path.stem.partition("_")[0])
     if not 1 <= n_sample <= len(table):
         raise ValueError(f"sample={n_sample}; wanted from 1 to {len(table)} tasks")
     if seed in set(table["seed"]):
         raise ValueError(f"seed={seed} made this table; wanted a fresh one")
     tasks = table["task_deg"].to_numpy()
     sample = np.random.default_rng(seed).choice(len(table), n_sample, replace=False)
-    command = f"msc audit data/{Path(path).name} --sample {n_sample} --seed {seed}"
+    command = f"msc audit data/{path.name} --sample {n_sample} --seed {seed}"
     return {
-        "table": Path(path).name,
+        "table": path.name,
         "workspace": world.name,
         "n_tasks": len(table),
         "seed": seed,
-        "provenance": provenance(command, Path(path)),
+        "provenance": describe_origin(command, path),
         "executed": execute_again(world, table, policies),
         "searched": search_again(
             world,
@@ -167,63 +163,3 @@ def search_again(
         "n_cheaper": int(np.sum(np.array(changes) < -LOWER)),
         "n_starts": N_STARTS,
     }
-
-
-def summarise(*audits: dict[str, Any]) -> pd.DataFrame:
-    """Put the outcome of audits beside one another.
-
-    Parameters
-    ----------
-    *audits : dict
-        What `audit_table` returned.
-
-    Returns
-    -------
-    DataFrame
-        One column an audit.
-    """
-    columns = {}
-    for audit in audits:
-        executed, searched = audit["executed"], audit["searched"]
-        changes = np.array(searched["change_of_cost"])
-        columns[audit["table"]] = {
-            "policies": audit["n_tasks"],
-            "executed again: identical distances": executed["identical"],
-            "largest difference (m)": executed["largest_difference_m"],
-            "searched again": len(changes),
-            "cheaper by more than 0.5 %": searched["n_cheaper"],
-            "largest gain (%)": round(100 * max(0.0, -changes.min()), 4),
-            "not found again (dearer by more than 0.5 %)": int((changes > LOWER).sum()),
-            "large steps, the cut's included": len(audit["jumps"]),
-            "of these jumps": sum(jump["is_jump"] for jump in audit["jumps"]),
-        }
-    return pd.DataFrame(columns, dtype=object)
-
-
-def list_jumps(audit: dict[str, Any]) -> pd.DataFrame:
-    """List the large steps that an audit bisected.
-
-    Parameters
-    ----------
-    audit : dict
-        What `audit_table` returned.
-
-    Returns
-    -------
-    DataFrame
-        One row a step: where (degrees), how large at first and at last, the verdict.
-    """
-    return pd.DataFrame(
-        [
-            {
-                "after (degrees)": jump["between_deg"][0],
-                "located between (degrees)": "{:.10g} and {:.10g}".format(
-                    *jump["located_deg"]
-                ),
-                "step": jump["step_sizes"][0],
-                "step there": jump["step_sizes"][-1],
-                "jump": jump["is_jump"],
-            }
-            for jump in audit["jumps"]
-        ]
-    )

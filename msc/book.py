@@ -28,7 +28,7 @@ from msc.figures import (
     write_gallery,
     write_vectors,
 )
-from msc.notebook import declared_parameters, read_notebook, write_notebook
+from msc.notebook import parameters, read_notebook, write_notebook
 from msc.opening import write_opening
 from msc.provenance import SECONDS, seconds_script, with_provenance
 from msc.reference import mend_backlinks, write_reference
@@ -89,15 +89,15 @@ def build_book(
         raise ValueError(f"profile must be 'quick' or 'full', not {profile!r}")
     root = (root or Path.cwd()).resolve()
     build = root / "_build"
-    parameters = {
+    given = {
         page: {"profile": profile}
-        if "profile" in declared_parameters(read_notebook(page))
+        if "profile" in parameters(read_notebook(page))
         else {}
         for page in pages(root)
         if page.suffix == ".ipynb"
     }
     cache = build / "cache"
-    executed = run_chapters(parameters, root=root, cache=cache, jobs=jobs, say=say)
+    executed = run_chapters(given, root=root, cache=cache, jobs=jobs, say=say)
     pictures = {one.name: find_pictures(one.name, one.notebook) for one in executed}
     chapters = [replace(one, notebook=without_lines(one.notebook)) for one in executed]
     stage = build / "stage"
@@ -107,8 +107,6 @@ def build_book(
     html = build / "html"
     shutil.rmtree(html, ignore_errors=True)
     rendered.rename(html)
-    seconds = {chapter.name: chapter.record.seconds for chapter in chapters}
-    (build / "chapters.json").write_text(json.dumps(seconds, indent=2) + "\n")
     return html / "index.html"
 
 

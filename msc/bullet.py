@@ -24,7 +24,8 @@ from numpy.typing import NDArray
 
 from msc.control import TIME_STEP, Controller, Pursuit
 from msc.dynamics import coupled_inertias, rod_inertia
-from msc.workspace import LINK_RADIUS, Workspace
+from msc.geometry import LINK_RADIUS
+from msc.workspace import Workspace
 
 SUBSTEPS = 4  # of the physics in a time step of the controller: 240 Hz
 

@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 Errors = dict[str, pd.DataFrame]
 
 
-def measure(trial: Trial) -> Errors:
+def measure_errors(trial: Trial) -> Errors:
     """Measure a trial in every way.
 
     Parameters
@@ -60,7 +60,7 @@ def summarise_trials(
     Parameters
     ----------
     trials : sequence of dict
-        What `measure` returned, one entry a training set.
+        What `measure_errors` returned, one entry a training set.
     weights : Series, optional
         How much each test task counts, indexed as the errors are; by default all the
         same.

@@ -152,7 +152,7 @@ def _run(
 ) -> Chapter:
     """Return one chapter with its outputs, from the cache if nothing has changed."""
     source = nb.read_notebook(path)
-    if unknown := sorted(set(parameters) - (known := nb.declared_parameters(source))):
+    if unknown := sorted(set(parameters) - {*(known := nb.parameters(source))}):
         raise ValueError(
             f"{path.stem} has no parameter {unknown[0]!r}; "
             f"it declares: {', '.join(sorted(known)) or 'none'}"

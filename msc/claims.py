@@ -10,8 +10,8 @@ import pandas as pd
 
 from msc.claim_file import Claim, load_claims
 from msc.effects import Effect
+from msc.files import find_data
 from msc.results import read_result
-from msc.tables import find_data
 from msc.verdicts import Verdict, judge
 
 CLAIMS = "book/claims.yml"
@@ -37,7 +37,7 @@ def judge_all(root: Path) -> list[Verdict]:
         If a claim or a result file is not as wanted.
     """
     claims = load_claims(root / CLAIMS)
-    results = load_results(claims, root)
+    results = read_results(claims, root)
     return [judge(claim, results) for claim in claims]
 
 
@@ -64,7 +64,7 @@ def show_claims(*ids: str) -> pd.DataFrame:
     if unknown := set(ids) - set(claims):
         raise ValueError(f"ids: {sorted(unknown)}; wanted some of {list(claims)}")
     chosen = [claims[one] for one in ids]
-    results = load_results(chosen, root)
+    results = read_results(chosen, root)
     rows = {}
     for found in (judge(claim, results) for claim in chosen):
         rows[found.claim.id, "the claim"] = (found.verdict, "")
@@ -82,7 +82,7 @@ class _Whole(pd.DataFrame):
             return self.to_html()
 
 
-def load_results(claims: Iterable[Claim], root: Path) -> dict[str, Any]:
+def read_results(claims: Iterable[Claim], root: Path) -> dict[str, Any]:
     """Load the result files that claims need.
 
     Parameters
@@ -110,32 +110,6 @@ def load_results(claims: Iterable[Claim], root: Path) -> dict[str, Any]:
             except ValueError as error:
                 raise ValueError(f"claim {claim.id!r}: {error}") from None
     return results
-
-
-def claims_table(verdicts: Iterable[Verdict]) -> pd.DataFrame:
-    """Put verdicts below one another.
-
-    Parameters
-    ----------
-    verdicts : iterable of Verdict
-        What `judge` returned.
-
-    Returns
-    -------
-    DataFrame
-        Index: the claims' names. Columns: the claim, the verdict, what the paper's own
-        reading measured, and which reading gave which verdict.
-    """
-    rows = {
-        one.claim.id: {
-            "claim": one.claim.claim,
-            "verdict": one.words,
-            "measured": one.measured,
-            "readings": one.sentence,
-        }
-        for one in verdicts
-    }
-    return pd.DataFrame.from_dict(rows, orient="index")
 
 
 def summarise(verdicts: Iterable[Verdict]) -> dict[str, Any]:

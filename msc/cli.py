@@ -1,30 +1,22 @@
 """The command line: `msc COMMAND …`.
 
 A command is a function that takes the parsed arguments and one, `_add_…`, that declares
-them; both stand together, below, in `msc.cli_search` or in `msc.cli_book`. What takes
-seconds to load is imported by the commands that need it.
+them; both stand together, below, in `msc.cli_search` or in `msc.cli_book`, whose
+`COMMANDS` are the latter. What takes seconds to load is imported by the commands that
+need it.
 """
 
 import argparse
-import json
 import sys
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from msc.chapters import BookError
-from msc.cli_book import add_book, add_pdf, add_release, add_run, add_twice
-from msc.cli_search import (
-    add_audit,
-    add_render,
-    add_search,
-    add_survey,
-    check_output,
-)
-from msc.tables import load_dataset, replace_file
-
-if TYPE_CHECKING:
-    from msc.cli_search import Commands
+from msc.cli_book import COMMANDS as BOOK
+from msc.cli_options import Commands, add_jobs, add_profile, add_seed, check_output
+from msc.cli_search import COMMANDS as SEARCH
+from msc.files import replace_file, write_json
+from msc.tables import load_dataset
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -45,19 +37,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         prog="msc", description="Parameterized skills by manifold clustering."
     )
     commands = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
-    for add in (
-        add_search,
-        add_audit,
-        add_survey,
-        add_render,
-        _add_evaluate,
-        add_run,
-        _add_claims,
-        add_book,
-        add_release,
-        add_pdf,
-        add_twice,
-    ):
+    run, *others = BOOK
+    for add in (*SEARCH, _add_evaluate, run, _add_claims, *others):
         add(commands)
     _add_help(commands, parser)
     options = parser.parse_args(arguments)
@@ -72,12 +53,12 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return 0
 
 
-def _add_evaluate(commands: "Commands") -> None:
+def _add_evaluate(commands: Commands) -> None:
     """Declare `msc evaluate`."""
     parser = commands.add_parser("evaluate", help="compare all methods, many times")
-    parser.add_argument("--profile", default="quick", help="quick (default) or full")
-    parser.add_argument("--seed", type=int, default=0, help="seed of every draw (0)")
-    parser.add_argument("--jobs", type=int, default=2, help="worker processes (2)")
+    add_profile(parser)
+    add_seed(parser)
+    add_jobs(parser)
     parser.add_argument(
         "--out-dir",
         type=Path,
@@ -108,7 +89,7 @@ def _run_evaluate(options: argparse.Namespace) -> None:
         print(out)
 
 
-def _add_claims(commands: "Commands") -> None:
+def _add_claims(commands: Commands) -> None:
     """Declare `msc claims`."""
     parser = commands.add_parser("claims", help="judge the paper's claims")
     parser.add_argument("--out", type=Path, help="a .json file")
@@ -135,7 +116,7 @@ def _run_claims(options: argparse.Namespace) -> None:
         if one.unexplained:
             print(f"{one.claim.id}: {one.verdict}, but no `why` quotes a measurement")
     if out:
-        replace_file(out, json.dumps(summarise(verdicts), indent=2) + "\n")
+        write_json(out, summarise(verdicts))
         print(out)
     if readme:
         text = readme.read_text(encoding="utf-8")
@@ -143,7 +124,7 @@ def _run_claims(options: argparse.Namespace) -> None:
         print(readme)
 
 
-def _add_help(commands: "Commands", whole: argparse.ArgumentParser) -> None:
+def _add_help(commands: Commands, whole: argparse.ArgumentParser) -> None:
     """Declare `msc help`, which tells every command's options."""
     parser = commands.add_parser("help", help="tell the options of all commands")
     parsers = [whole, *commands.choices.values()]

@@ -4,27 +4,17 @@ from __future__ import annotations
 
 import argparse
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import yaml
 from tqdm import tqdm
 
 from msc.chapters import BookError, run_chapters
-from msc.cli_search import check_output
+from msc.cli_options import Commands, add_jobs, add_profile, check_output
 from msc.notebook import write_notebook
 
-if TYPE_CHECKING:
-    from msc.cli_search import Commands
 
-
-def add_run(commands: Commands) -> None:
-    """Declare `msc run`.
-
-    Parameters
-    ----------
-    commands : action of argparse
-        Where commands are added.
-    """
+def _add_run(commands: Commands) -> None:
+    """Declare `msc run`."""
     parser = commands.add_parser("run", help="execute one chapter")
     parser.add_argument(
         "chapter", type=Path, help="for example book/fig3_free_24.ipynb"
@@ -56,14 +46,8 @@ def _run_chapter(options: argparse.Namespace) -> None:
     print(f"{out}: {chapter.record.seconds:.1f} s")
 
 
-def add_book(commands: Commands) -> None:
-    """Declare `msc book`.
-
-    Parameters
-    ----------
-    commands : action of argparse
-        Where commands are added.
-    """
+def _add_book(commands: Commands) -> None:
+    """Declare `msc book`."""
     parser = commands.add_parser("book", help="execute the chapters, build the book")
     _add_building(parser)
     parser.set_defaults(run=_run_book)
@@ -77,14 +61,8 @@ def _run_book(options: argparse.Namespace) -> None:
     print(f"The book: {index}")
 
 
-def add_release(commands: Commands) -> None:
-    """Declare `msc release`.
-
-    Parameters
-    ----------
-    commands : action of argparse
-        Where commands are added.
-    """
+def _add_release(commands: Commands) -> None:
+    """Declare `msc release`."""
     parser = commands.add_parser("release", help="pack the built book as a zip")
     parser.set_defaults(run=_run_release)
 
@@ -96,14 +74,8 @@ def _run_release(_: argparse.Namespace) -> None:
     print(release_book(Path.cwd()))
 
 
-def add_pdf(commands: Commands) -> None:
-    """Declare `msc pdf`.
-
-    Parameters
-    ----------
-    commands : action of argparse
-        Where commands are added.
-    """
+def _add_pdf(commands: Commands) -> None:
+    """Declare `msc pdf`."""
     parser = commands.add_parser("pdf", help="print the built book as a PDF")
     parser.set_defaults(run=_run_pdf)
 
@@ -115,14 +87,8 @@ def _run_pdf(_: argparse.Namespace) -> None:
     print(print_book(Path.cwd()))
 
 
-def add_twice(commands: Commands) -> None:
-    """Declare `msc twice`.
-
-    Parameters
-    ----------
-    commands : action of argparse
-        Where commands are added.
-    """
+def _add_twice(commands: Commands) -> None:
+    """Declare `msc twice`."""
     parser = commands.add_parser("twice", help="build the book again, and compare")
     _add_building(parser)
     parser.set_defaults(run=_run_twice)
@@ -141,5 +107,8 @@ def _run_twice(options: argparse.Namespace) -> None:
 
 
 def _add_building(parser: argparse.ArgumentParser) -> None:
-    parser.add_argument("--profile", default="quick", help="quick (default) or full")
-    parser.add_argument("--jobs", type=int, default=2, help="chapters at a time (2)")
+    add_profile(parser)
+    add_jobs(parser, "chapters at a time")
+
+
+COMMANDS = (_add_run, _add_book, _add_release, _add_pdf, _add_twice)

@@ -5,35 +5,25 @@ that need them.
 """
 
 import argparse
-import json
 import re
 import sys
-import tempfile
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from msc.tables import load_dataset, replace_file, save_table
+from msc.cli_options import Commands, add_jobs, add_seed, check_output
+from msc.files import write_json
+from msc.tables import load_dataset, save_table
 from msc.workspace import Workspace
 
-if TYPE_CHECKING:
-    Commands = argparse._SubParsersAction[argparse.ArgumentParser]
 
-
-def add_search(commands: "Commands") -> None:
-    """Declare `msc search`.
-
-    Parameters
-    ----------
-    commands : argparse action
-        The commands of the parser.
-    """
+def _add_search(commands: Commands) -> None:
+    """Declare `msc search`."""
     parser = commands.add_parser("search", help="search the policies of many tasks")
     parser.add_argument("--workspace", default="free", help="free (default), obstacles")
     parser.add_argument("--tasks", type=int, default=72, help="how many (72)")
     parser.add_argument("--offset", type=float, default=0.0, help="first angle (0)")
     parser.add_argument("--guide", type=Path, help="a table: neighbours to start from")
-    parser.add_argument("--seed", type=int, default=0, help="seed of every draw (0)")
-    parser.add_argument("--jobs", type=int, default=2, help="worker processes (2)")
+    add_seed(parser)
+    add_jobs(parser)
     parser.add_argument("--dask", metavar="tcp://HOST:PORT", help="a Dask scheduler")
     parser.add_argument("--out", type=Path, required=True, help="a .csv file")
     parser.set_defaults(run=_run_search)
@@ -82,19 +72,13 @@ def _run_search(options: argparse.Namespace) -> None:
     )
 
 
-def add_audit(commands: "Commands") -> None:
-    """Declare `msc audit`.
-
-    Parameters
-    ----------
-    commands : argparse action
-        The commands of the parser.
-    """
+def _add_audit(commands: Commands) -> None:
+    """Declare `msc audit`."""
     parser = commands.add_parser("audit", help="examine a table of policies")
     parser.add_argument("table", type=Path, help="a .csv file, as data/free.csv")
     parser.add_argument("--sample", type=int, default=36, help="tasks searched again")
-    parser.add_argument("--seed", type=int, default=1, help="a fresh seed (1)")
-    parser.add_argument("--jobs", type=int, default=2, help="worker processes (2)")
+    add_seed(parser, 1, "a fresh seed")
+    add_jobs(parser)
     parser.add_argument("--out", type=Path, help="a .json file")
     parser.set_defaults(run=_run_audit)
 
@@ -114,7 +98,7 @@ def _run_audit(options: argparse.Namespace) -> None:
         progress=True,
     )
     if out:
-        replace_file(out, json.dumps(found, indent=2) + "\n")
+        write_json(out, found)
     executed, searched = found["executed"], found["searched"]
     print(
         f"executed again: {executed['identical']} of {found['n_tasks']} distances "
@@ -131,18 +115,12 @@ def _run_audit(options: argparse.Namespace) -> None:
         print(f"{verdict} between {low:.10g} and {high:.10g} degrees")
 
 
-def add_survey(commands: "Commands") -> None:
-    """Declare `msc survey`.
-
-    Parameters
-    ----------
-    commands : argparse action
-        The commands of the parser.
-    """
+def _add_survey(commands: Commands) -> None:
+    """Declare `msc survey`."""
     parser = commands.add_parser("survey", help="measure what fixed the world")
     parser.add_argument("constant", choices=("cut", "layout"), help="which constant")
-    parser.add_argument("--seed", type=int, default=0, help="seed of every draw (0)")
-    parser.add_argument("--jobs", type=int, default=2, help="worker processes (2)")
+    add_seed(parser)
+    add_jobs(parser)
     parser.add_argument("--out", type=Path, required=True, help="a .json file")
     parser.set_defaults(run=_run_survey)
 
@@ -157,18 +135,12 @@ def _run_survey(options: argparse.Namespace) -> None:
         found = locate_cut(seed=options.seed, jobs=options.jobs)
     else:
         found = choose_layout(seed=options.seed, jobs=options.jobs)
-    replace_file(out, json.dumps(found, indent=2) + "\n")
+    write_json(out, found)
     print(out)
 
 
-def add_render(commands: "Commands") -> None:
-    """Declare `msc render`.
-
-    Parameters
-    ----------
-    commands : argparse action
-        The commands of the parser.
-    """
+def _add_render(commands: Commands) -> None:
+    """Declare `msc render`."""
     parser = commands.add_parser("render", help="draw a movement of the arm")
     parser.add_argument("--workspace", default="free", help="free (default), obstacles")
     parser.add_argument("--task", type=float, required=True, help="task angle, degrees")
@@ -209,36 +181,4 @@ def _run_render(options: argparse.Namespace) -> None:
     print(f"{out}: {origin} ends {100 * rollout.error:.2f} cm from the target")
 
 
-def check_output(out: Path, suffix: str, *, jobs: int = 1, seed: int = 0) -> None:
-    """Refuse, before hours of work, what would spoil its end.
-
-    Parameters
-    ----------
-    out : Path
-        The file to be written; its folder is made if it is missing.
-    suffix : str
-        How its name must end.
-    jobs, seed : int
-        Worker processes and the seed of every draw.
-
-    Raises
-    ------
-    ValueError
-        If an argument is not as wanted, or the file cannot be written.
-    """
-    if seed < 0:
-        raise ValueError(f"seed={seed}; wanted 0 or more")
-    if jobs < 1:
-        raise ValueError(f"jobs={jobs}; wanted at least 1")
-    if out.suffix != suffix:
-        raise ValueError(f"out={out}; wanted a name ending in {suffix}")
-    if out.is_dir():
-        raise ValueError(f"out={out} is a folder; wanted the name of a file")
-    try:
-        out.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=out.parent):
-            pass
-    except OSError as error:
-        raise ValueError(
-            f"out={out}: its folder cannot be written to: {error.strerror}"
-        ) from None
+COMMANDS = (_add_search, _add_audit, _add_survey, _add_render)

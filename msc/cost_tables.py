@@ -13,7 +13,7 @@ from typing import Any
 
 import pandas as pd
 
-from msc.tables import find_data
+from msc.files import find_data
 
 LIMIT = 2.0  # what a rollout may cost, in units of its bare physics
 

@@ -12,8 +12,9 @@ done first.
 from __future__ import annotations
 
 import threading
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -22,11 +23,11 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 from tqdm import tqdm
 
+from msc.cmaes import NEAR
 from msc.journal import Journal
 from msc.search import (
     ENERGY_WEIGHT,
     ERROR_WEIGHT,
-    NEAR,
     SearchResult,
     search_policy,
 )
@@ -99,44 +100,6 @@ def grid(n_tasks: int, offset_deg: float = 0.0) -> tuple[float, ...]:
     return tuple(offset_deg + 360 * k / n_tasks for k in range(n_tasks))
 
 
-def take_evenly(tasks: ArrayLike, n_samples: int) -> NDArray[np.intp]:
-    """Pick tasks evenly spaced over the circle, each the nearest there is.
-
-    Parameters
-    ----------
-    tasks : array_like of shape (n_tasks, 1) or (n_tasks,)
-        Ascending task angles in [0, 2π) (rad).
-    n_samples : int
-        How many to pick.
-
-    Returns
-    -------
-    ndarray of shape (n_samples,)
-        Their indices, ascending.
-
-    Raises
-    ------
-    ValueError
-        If a task would be picked twice, or fewer than two are asked for.
-
-    Examples
-    --------
-    >>> take_evenly(np.linspace(0, 2 * np.pi, 12, endpoint=False), 4)
-    array([0, 3, 6, 9])
-    """
-    angles = np.asarray(tasks, dtype=float).reshape(-1)
-    if not isinstance(n_samples, int | np.integer) or n_samples < 2:
-        raise ValueError(f"n_samples={n_samples!r}; wanted a whole number from 2 on")
-    wanted = angles[0] + 2 * np.pi * np.arange(n_samples) / n_samples
-    chosen = np.abs(angles - wanted[:, None]).argmin(axis=1)
-    if len(np.unique(chosen)) < n_samples:
-        raise ValueError(
-            f"n_samples={n_samples} takes some of the {len(angles)} tasks twice; "
-            f"wanted at most {len(angles)}"
-        )
-    return np.asarray(chosen)
-
-
 def search_tasks(
     plan: Plan,
     *,
@@ -177,28 +140,23 @@ def search_tasks(
     levels = [range(0, n_tasks, step) for step in sorted({stride, 1}, reverse=True)]
     results: dict[int, SearchResult] = {}
     with open_workers(jobs, dask) as run, Journal(journal, plan) as done:
+        search = partial(_batch, plan, run, done, progress=progress)
         for level, ring in enumerate(levels):
             new = [k for k in ring if k not in results]
             known: list[tuple[float, ArrayLike]] = list(plan.guide)
             known += [(tasks[k], result.policy) for k, result in results.items()]
             work: _Work = {k: (_on_either_side(known, tasks[k]), None) for k in new}
             phase = f"level {level}"
-            results |= _batch(plan, work, run, done, phase, progress=progress)
-            _make_consistent(
-                plan, ring, results, run, done, level=phase, progress=progress
-            )
+            results |= search(phase, work)
+            _make_consistent(search, phase, ring, results)
     return pd.DataFrame([_row(plan.seed, tasks[k], results[k]) for k in range(n_tasks)])
 
 
 def _make_consistent(
-    plan: Plan,
+    search: Callable[[str, _Work], dict[int, SearchResult]],
+    level: str,
     ring: Sequence[int],
     results: dict[int, SearchResult],
-    run: Run,
-    done: Journal,
-    *,
-    level: str,
-    progress: bool,
 ) -> None:
     """Search tasks again from their neighbours' policies until nothing spreads."""
     stale = set(range(len(ring)))
@@ -214,8 +172,7 @@ def _make_consistent(
             )
             for place in turn
         }
-        phase = f"{level}, sweep {sweep}"
-        better = _batch(plan, work, run, done, phase, progress=progress)
+        better = search(f"{level}, sweep {sweep}", work)
         stale -= set(turn)
         for place in turn:
             k = ring[place]
@@ -230,13 +187,7 @@ _Work = dict[int, tuple[Sequence[NDArray[np.float64]], SearchResult | None]]
 
 
 def _batch(
-    plan: Plan,
-    work: _Work,
-    run: Run,
-    done: Journal,
-    phase: str,
-    *,
-    progress: bool,
+    plan: Plan, run: Run, done: Journal, phase: str, work: _Work, *, progress: bool
 ) -> dict[int, SearchResult]:
     """Search the tasks of one phase, those that the journal knows excepted."""
     known = {k: done.results[phase, k] for k in work if (phase, k) in done.results}

@@ -1,15 +1,12 @@
-"""The number of charts: what "the elbow" may mean, and how firmly each reading picks.
+"""The number of charts: what "the elbow" may mean.
 
 The paper reads the number of charts from an elbow and does not say of which curve. Here
 are the readings that can be defended, each a curve over the number of charts and a rule
-that picks one, and a criterion for the default that looks at no regression.
+that picks one.
 """
 
 from __future__ import annotations
 
-from collections import Counter
-from collections.abc import Mapping
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -20,7 +17,6 @@ from sklearn.neighbors import KNeighborsClassifier
 from sklearn.utils import check_X_y
 
 from msc.gaussian import gaussian_process
-from msc.parallel import call_in_order
 from msc.smce import SMCE
 from msc.spectral import (
     cluster_each,
@@ -41,9 +37,6 @@ READINGS = {
     "cross_validation": "cross-validated error",
 }
 """The readings and what they are called, those nearest the paper's words first."""
-
-FROM_POLICIES = tuple(name for name in READINGS if name != "cross_validation")
-"""The readings that need nothing but the policies."""
 
 
 def read_elbows(
@@ -103,7 +96,7 @@ def read_elbows(
     >>> readings["squares"]["picked"]
     2
     """
-    X, y = _check(tasks, policies, max_charts=max_charts, n_folds=n_folds)
+    X, y = check_data(tasks, policies, max_charts=max_charts, n_folds=n_folds)
     folds = list(KFold(min(n_folds, len(X)), shuffle=True, random_state=seed).split(X))
     n_counts = min(max_charts, *(len(train) for train, _ in folds))
     affinity, values, charts = _cut(y, n_counts, seed)
@@ -131,18 +124,10 @@ def read_elbows(
     }
 
 
-def measure_elbows(
-    tasks: ArrayLike,
-    policies: ArrayLike,
-    *,
-    n_resamples: int = 50,
-    share: float = 0.8,
-    max_charts: int = 10,
-    seed: int = 0,
-    jobs: int = 1,
-    progress: bool = False,
-) -> dict[str, Any]:
-    """Read the elbow in every way, and again on many parts of the data.
+def check_data(
+    tasks: ArrayLike, policies: ArrayLike, **least: int
+) -> tuple[Array, Array]:
+    """Refuse what no elbow can be read of.
 
     Parameters
     ----------
@@ -150,123 +135,20 @@ def measure_elbows(
         Tasks, in radians.
     policies : array-like of shape (n_tasks, n_params)
         Their policies.
-    n_resamples : int, default=50
-        How many parts, drawn at random without replacement.
-    share : float, default=0.8
-        Share of the tasks in a part.
-    max_charts : int, default=10
-        Largest number of charts.
-    seed : int, default=0
-        Seed of all that is random.
-    jobs : int, default=1
-        Worker processes; the result does not depend on them.
-    progress : bool, default=False
-        Whether to show a progress bar on standard error.
+    **least : int
+        Numbers that must be positive integers, `n_folds` at least 2.
 
     Returns
     -------
-    dict
-        Fit for JSON: what was asked for, and under ``"readings"``, by the names of
-        `READINGS`, ``"curve"`` and ``"picked"`` of all tasks and ``"resampled"``, on
-        how many parts each number was picked.
+    tasks, policies : ndarray
+        The same as floats.
 
     Raises
     ------
     ValueError
-        If the data are not finite or too few, or a number is out of range.
+        If the data are not finite, of different lengths or fewer than three, or a
+        number is too small.
     """
-    X, y = _check(tasks, policies, max_charts=max_charts, n_resamples=n_resamples)
-    size = round(share * len(X))
-    if not 3 <= size <= len(X):
-        raise ValueError(
-            f"share={share!r} of {len(X)} tasks must be from 3 to all of them"
-        )
-    rng = np.random.default_rng(seed)
-    parts = [np.arange(len(X))]
-    parts += [np.sort(rng.permutation(len(X))[:size]) for _ in range(n_resamples)]
-    whole, *resampled = call_in_order(
-        partial(read_elbows, max_charts=max_charts, seed=seed),
-        [(X[part], y[part]) for part in parts],
-        jobs=jobs,
-        label="elbows",
-        progress=progress,
-    )
-    return {
-        "n_samples": len(X),
-        "n_resamples": n_resamples,
-        "share": share,
-        "max_charts": max_charts,
-        "seed": seed,
-        "readings": {
-            name: {**whole[name], "resampled": _count(resampled, name)}
-            for name in READINGS
-        },
-    }
-
-
-def choose_reading(*measured: Mapping[str, Any]) -> str:
-    """Choose the default reading by a criterion that looks at no regression.
-
-    The reading must need nothing but the policies, be defined for any number of them,
-    and pick the same number most often over the parts of the data, on the average over
-    the workspaces. The last number considered is no elbow and does not count. Ties go
-    to the reading nearest the paper's words.
-
-    Parameters
-    ----------
-    *measured : dict
-        What `measure_elbows` returned, one a workspace.
-
-    Returns
-    -------
-    str
-        A name of `READINGS`.
-    """
-    means = {
-        name: np.mean([most_picked(one, name)[1] for one in measured])
-        for name in FROM_POLICIES
-    }
-    return max(means, key=lambda name: means[name])  # the first of equals
-
-
-def most_picked(measured: Mapping[str, Any], name: str) -> tuple[int, float]:
-    """Tell which number of charts a reading picked most often.
-
-    Parameters
-    ----------
-    measured : dict
-        What `measure_elbows` returned.
-    name : str
-        A name of `READINGS`.
-
-    Returns
-    -------
-    charts : int
-        The number, the last one considered excepted; 0 if there is no other.
-    share : float
-        On what share of the parts it was picked.
-
-    Examples
-    --------
-    >>> reading = {"curve": [3, 2, 1], "resampled": {"2": 2, "3": 4}}
-    >>> most_picked({"readings": {"eigengap": reading}}, "eigengap")
-    (2, 0.3333333333333333)
-    """
-    reading = measured["readings"][name]
-    times = {int(count): number for count, number in reading["resampled"].items()}
-    inside = {k: v for k, v in times.items() if k < len(reading["curve"])} or {0: 0}
-    best = max(inside, key=lambda count: inside[count])
-    return best, inside[best] / sum(times.values())
-
-
-def _count(resampled: list[dict[str, Any]], name: str) -> dict[str, int]:
-    """Count how often each number was picked, the smallest number first."""
-    picked = Counter(readings[name]["picked"] for readings in resampled)
-    return {str(count): picked[count] for count in sorted(picked)}
-
-
-def _check(tasks: ArrayLike, policies: ArrayLike, **least: int) -> tuple[Array, Array]:
-    """Return tasks and policies as floats; numbers must be positive integers."""
     for name, number in least.items():
         lowest = 2 if name == "n_folds" else 1
         if not isinstance(number, int | np.integer) or number < lowest:

@@ -15,8 +15,6 @@ from msc.methods import COMMON
 from msc.smce import SMCE
 from msc.trial import READINGS, Trial
 
-__all__ = ["READINGS", "Experiment"]
-
 PROFILES = {"quick": 1_000, "full": 20_000}  # bootstrap resamples
 
 

@@ -12,13 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from msc.arm import Arm, kept_arm
+from msc.cmaes import Start, minimise
 from msc.dmp import DMP
 from msc.search import (
     FIRST_STEP,
-    Start,
     cost,
     free_shape,
-    minimise,
     random_start,
     start_generator,
 )
@@ -64,7 +63,6 @@ def record_search(
     *,
     seed: int,
     n_starts: int = 4,
-    dmp: DMP | None = None,
 ) -> list[Recording]:
     """Search as `search_policy` does, and keep all that is tried.
 
@@ -78,8 +76,6 @@ def record_search(
         Seed of all random draws, together with the task and the start's number.
     n_starts : int, default=4
         Independent starts: from the zero policy, then from random ones.
-    dmp : DMP, optional
-        What a policy means; by default ``DMP()``.
 
     Returns
     -------
@@ -99,7 +95,7 @@ def record_search(
     """
     if n_starts < 1:
         raise ValueError(f"n_starts={n_starts}; wanted at least one")
-    dmp = dmp or DMP()
+    dmp = DMP()
     shape = free_shape(workspace, task_deg, dmp)
     arm = kept_arm(workspace, dmp)
     recordings: list[Recording] = []

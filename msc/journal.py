@@ -12,9 +12,11 @@ from typing import IO, Any
 
 import numpy as np
 
-from msc.search import SearchResult, Start
+from msc.cmaes import Start
+from msc.search import SearchResult
 
 _CODE = (
+    "geometry",
     "workspace",
     "dmp",
     "kinematics",
@@ -22,6 +24,7 @@ _CODE = (
     "control",
     "bullet",
     "arm",
+    "cmaes",
     "search",
     "dataset",
 )

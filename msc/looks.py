@@ -2,13 +2,20 @@
 
 A method has the same colour, marker and dashes on every page. The colours keep apart in
 grey and to the colour-blind, at least where nothing but colour tells two things apart;
-`tests/test_looks.py` simulates both. No other module names a colour of its own but
-greys, and red for goals.
+`tests/test_looks.py` simulates both. No figure names a colour of its own but greys, and
+red for goals; the view at a slant has its own, in `msc.scene` and `msc.rays`.
 """
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Callable
+from functools import wraps
+from typing import Any, ParamSpec, SupportsIndex
+
+import matplotlib.pyplot as plt
+from matplotlib.figure import Figure
+
+_P = ParamSpec("_P")
 
 SMALL = 8  # points; the smallest text
 STYLE: Any = {
@@ -57,3 +64,59 @@ COUNTS: tuple[dict[str, Any], ...] = (
     {"color": "#46185F", "marker": "o", "ls": "-"},
 )
 GOAL = "#D62728"
+
+
+def chart_colour(chart: SupportsIndex) -> str:
+    """Choose a chart's colour.
+
+    Parameters
+    ----------
+    chart : int
+        Its number, from 0 on.
+
+    Returns
+    -------
+    str
+        One of `CHART_COLOURS`, which come again after the last.
+    """
+    return CHART_COLOURS[int(chart) % len(CHART_COLOURS)]
+
+
+def chart_marker(chart: SupportsIndex) -> str:
+    """Choose a chart's marker.
+
+    Parameters
+    ----------
+    chart : int
+        Its number, from 0 on.
+
+    Returns
+    -------
+    str
+        One of `CHART_MARKERS`, which come again after the last.
+    """
+    return CHART_MARKERS[int(chart) % len(CHART_MARKERS)]
+
+
+def styled(draw: Callable[_P, Figure]) -> Callable[_P, Figure]:
+    """Have a function draw in the style of all figures, and close what it drew.
+
+    Parameters
+    ----------
+    draw : callable
+        Returns a figure.
+
+    Returns
+    -------
+    callable
+        The same with `STYLE`; pyplot forgets the figure.
+    """
+
+    @wraps(draw)
+    def drawn(*args: _P.args, **options: _P.kwargs) -> Figure:
+        with plt.rc_context(STYLE):
+            figure = draw(*args, **options)
+        plt.close(figure)
+        return figure
+
+    return drawn

@@ -9,11 +9,12 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from msc.arm import Arm
-from msc.dataset import take_evenly
+from msc.geometry import Circle, chain, clearance
 from msc.jumps import find_jumps
+from msc.sampling import take_evenly
 from msc.search import cost
 from msc.tables import load_dataset
-from msc.workspace import Circle, Workspace, chain, clearance
+from msc.workspace import Workspace
 
 CONTACT = 0.001  # m; an arm that came this close to an obstacle touched it
 

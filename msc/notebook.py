@@ -5,13 +5,22 @@ cells with outputs, and one more, *injected*, that sets the parameters it was gi
 """
 
 import ast
+import io
 import json
 import re
+import tokenize
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 Notebook = dict[str, Any]
 Cell = dict[str, Any]
+
+
+class Parameter(NamedTuple):
+    """A parameter's default, as Python writes it, and the comment on its last line."""
+
+    default: str
+    meaning: str
 
 
 def read_notebook(path: Path) -> Notebook:
@@ -107,8 +116,8 @@ def source(cell: Cell) -> str:
     return "".join(cell["source"])
 
 
-def declared_parameters(notebook: Notebook) -> set[str]:
-    r"""Return the names that a chapter's cell tagged `parameters` assigns.
+def parameters(notebook: Notebook) -> dict[str, Parameter]:
+    r"""Return what a chapter's cell tagged `parameters` assigns.
 
     Parameters
     ----------
@@ -117,51 +126,33 @@ def declared_parameters(notebook: Notebook) -> set[str]:
 
     Returns
     -------
-    set of str
-        Empty if no cell has the tag.
+    dict of str to Parameter
+        By name, in the order of the cell; empty if no cell has the tag.
 
     Examples
     --------
-    >>> code = ["profile = 'quick'\n", "seed: int = 0"]
+    >>> code = "n_samples = 24  # training tasks\nseed: int = 0"
     >>> cell = {"source": code, "metadata": {"tags": ["parameters"]}}
-    >>> sorted(declared_parameters({"cells": [cell]}))
-    ['profile', 'seed']
+    >>> for name, found in parameters({"cells": [cell]}).items():
+    ...     print(name, tuple(found))
+    n_samples ('24', 'training tasks')
+    seed ('0', '')
     """
-    return {*declared_values(notebook)}
-
-
-def declared_values(notebook: Notebook) -> dict[str, str]:
-    """Return what a chapter's cell tagged `parameters` assigns to each name.
-
-    Parameters
-    ----------
-    notebook : dict
-        The chapter.
-
-    Returns
-    -------
-    dict of str to str
-        Names and values, as Python writes these.
-
-    Examples
-    --------
-    >>> cell = {"source": 'profile = "full"', "metadata": {"tags": ["parameters"]}}
-    >>> declared_values({"cells": [cell]})
-    {'profile': "'full'"}
-    """
-    assigned = [
-        statement
-        for cell in notebook["cells"]
-        if "parameters" in tags(cell)
-        for statement in ast.walk(ast.parse(source(cell)))
-        if isinstance(statement, ast.Assign | ast.AnnAssign)
-    ]
-    return {
-        node.id: ast.unparse(statement.value) if statement.value else ""
-        for statement in assigned
-        for node in ast.walk(statement)
-        if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)
-    }
+    found = {}
+    for code in (source(c) for c in notebook["cells"] if "parameters" in tags(c)):
+        comments = {
+            token.start[0]: token.string.lstrip("# ").strip()
+            for token in tokenize.generate_tokens(io.StringIO(code).readline)
+            if token.type == tokenize.COMMENT
+        }
+        for line in ast.walk(ast.parse(code)):
+            if isinstance(line, ast.Assign | ast.AnnAssign):
+                default = ast.unparse(line.value) if line.value else ""
+                one = Parameter(default, comments.get(line.end_lineno or 0, ""))
+                for node in ast.walk(line):
+                    if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+                        found[node.id] = one
+    return found
 
 
 def title(notebook: Notebook) -> str:

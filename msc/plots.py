@@ -1,4 +1,4 @@
-"""Arrays in, figures out: one function a kind of figure, one style for all."""
+"""The figures of the paper: policies over the tasks, and what executing them misses."""
 
 from __future__ import annotations
 
@@ -9,102 +9,14 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle as Disc
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from msc.evaluation import Experiment
-from msc.looks import CHART_COLOURS, CHART_MARKERS, COLOURS, STYLE, TRIO
-from msc.scene import Scene
-from msc.workspace import Workspace, chain
-
-__all__ = [
-    "CHART_COLOURS",
-    "CHART_MARKERS",
-    "COLOURS",
-    "STYLE",
-    "WEIGHT_LABELS",
-    "draw_arm",
-    "draw_world",
-    "plot_execution",
-    "plot_manifold",
-    "plot_workspaces",
-]
-
-WEIGHT_LABELS = ("$w_1^x$", "$w_2^x$", "$w_3^x$", "$w_1^y$", "$w_2^y$", "$w_3^y$")
+from msc.looks import CHART_COLOURS, COLOURS, chart_colour, chart_marker, styled
+from msc.plots_world import WEIGHT_LABELS
 
 
-def plot_workspaces(*workspaces: Workspace) -> Figure:
-    """Draw workspaces as the paper's Figure 1, and as the smooth view shows them.
-
-    Parameters
-    ----------
-    *workspaces : Workspace
-        One row each.
-
-    Returns
-    -------
-    Figure
-        Left the drawing from above, in metres: goal circle red, obstacles black; right
-        the same seen at a slant.
-    """
-    n_rows = len(workspaces)
-    with plt.rc_context(STYLE):
-        figure, axes = plt.subplots(
-            n_rows, 2, figsize=(7.4, 3.5 * n_rows), squeeze=False
-        )
-        for (plan, view), world in zip(axes, workspaces, strict=True):
-            draw_world(plan, world)
-            draw_arm(plan, world, world.home)
-            plan.set_title(world.name)
-            view.imshow(Scene(world, size=720).shoot(world.home))
-            view.set_axis_off()
-    plt.close(figure)
-    return figure
-
-
-def draw_world(axis: Axes, world: Workspace) -> None:
-    """Draw goal circle, cut and obstacles into a panel.
-
-    Parameters
-    ----------
-    axis : Axes
-        The panel.
-    world : Workspace
-        The world.
-    """
-    axis.add_patch(Disc((0, 0), world.goal_radius, fill=False, color="red", lw=1.5))
-    for circle in world.circles:
-        axis.add_patch(Disc((circle.x, circle.y), circle.radius, color="black"))
-    cut = world.target(0)
-    axis.plot(*np.outer((0.93, 1.07), cut).T, color="red", lw=1.5)
-    for angle in (0, 90):
-        x, y = 0.8 * world.target(angle)
-        axis.text(x, y, f"{angle}°", ha="center", va="center", color="red")
-    axis.set(xlim=(-1, 1), ylim=(-1, 1), aspect="equal", xlabel="x (m)", ylabel="y (m)")
-    axis.set_axisbelow(True)
-
-
-def draw_arm(axis: Axes, world: Workspace, joints: ArrayLike, **style: Any) -> None:
-    """Draw the arm in one pose.
-
-    Parameters
-    ----------
-    axis : Axes
-        The panel.
-    world : Workspace
-        Whose arm.
-    joints : array_like of shape (3,)
-        Joint angles (rad).
-    **style : dict
-        Passed on to `Axes.plot`.
-    """
-    look = {"color": "0.45", "lw": 5, "solid_capstyle": "round", "zorder": 2}
-    points = chain(joints, world.link_lengths).T
-    axis.plot(*points, **{**look, **style})
-    axis.plot(*points[:, :-1], "o", color="white", mec="0.3", ms=5, zorder=3)
-    axis.plot(*points[:, -1], "o", color=TRIO[0], ms=6, zorder=3)
-
-
+@styled
 def plot_manifold(
     experiment: Experiment, dimensions: Sequence[int] | None = None
 ) -> Figure:
@@ -126,25 +38,23 @@ def plot_manifold(
     if dimensions is None:
         dimensions = [int(np.argmax(experiment.policies.std(axis=0)))]
     height = 3.3 if len(dimensions) == 1 else 1.9 * len(dimensions)
-    with plt.rc_context(STYLE):
-        figure, axes = plt.subplots(
-            len(dimensions),
-            2,
-            figsize=(7.4, height),
-            sharex=True,
-            sharey="row",
-            squeeze=False,
-        )
-        for (single, charts), dimension in zip(axes, dimensions, strict=True):
-            _draw_manifold(single, charts, experiment, dimension)
-        n_samples = experiment.n_samples
-        n_charts = experiment.methods["charts"].n_charts_
-        axes[0, 0].set_title(f"single regression, {n_samples} samples")
-        axes[0, 1].set_title(f"{n_charts} charts, {n_samples} samples")
-        axes[0, 1].legend(ncols=2)
-        for axis in axes[-1]:
-            axis.set_xlabel("task angle (degrees)")
-    plt.close(figure)
+    figure, axes = plt.subplots(
+        len(dimensions),
+        2,
+        figsize=(7.4, height),
+        sharex=True,
+        sharey="row",
+        squeeze=False,
+    )
+    for (single, charts), dimension in zip(axes, dimensions, strict=True):
+        _draw_manifold(single, charts, experiment, dimension)
+    n_samples = experiment.n_samples
+    n_charts = experiment.methods["charts"].n_charts_
+    axes[0, 0].set_title(f"single regression, {n_samples} samples")
+    axes[0, 1].set_title(f"{n_charts} charts, {n_samples} samples")
+    axes[0, 1].legend(ncols=2)
+    for axis in axes[-1]:
+        axis.set_xlabel("task angle (degrees)")
     return figure
 
 
@@ -165,9 +75,7 @@ def _draw_manifold(
             color=COLOURS["searched"],
             label="searched",
         )
-        for jump in experiment.jumps:
-            place = np.rad2deg(experiment.tasks[jump : jump + 2, 0].mean())
-            axis.axvline(place, color="0.5", lw=0.8, ls=":", zorder=0)
+        _mark_jumps(axis, experiment)
         axis.set_xticks(range(0, 361, 60))
     dense = np.linspace(0, 2 * np.pi, 1441, endpoint=False)[:, None]
     draw: Any = {"dense": dense, "dimension": dimension, "experiment": experiment}
@@ -182,9 +90,9 @@ def _draw_manifold(
         charts.plot(
             trained[here],
             values[here],
-            CHART_MARKERS[chart % 6],
+            chart_marker(chart),
             ms=4,
-            color=CHART_COLOURS[chart % 6],
+            color=chart_colour(chart),
             mec="white",
             mew=0.4,
             label=f"chart {chart + 1}",
@@ -215,6 +123,7 @@ def _draw_regression(
         axis.fill_between(angles[piece], low, high, color=colour, alpha=0.15, lw=0)
 
 
+@styled
 def plot_execution(experiment: Experiment) -> Figure:
     """Draw the execution error over the tasks, as the paper's Figures 4 and 7.
 
@@ -230,24 +139,27 @@ def plot_execution(experiment: Experiment) -> Figure:
         marked, tasks that met an obstacle crossed.
     """
     executed = experiment.executed
-    with plt.rc_context(STYLE):
-        figure, axes = plt.subplots(2, 1, figsize=(7.4, 4.6), sharex=True, sharey=True)
-        for axis, method in zip(axes, ("single regression", "charts"), strict=True):
-            rows = executed[executed["method"] == method]
-            mean, std = rows["error_cm"].mean(), rows["error_cm"].std()
-            axis.axhspan(max(0, mean - std), mean + std, color="0.9", lw=0, zorder=0)
-            axis.axhline(mean, color="0.3", lw=1, ls="--")
-            axis.vlines(
-                rows["task_deg"], 0, rows["error_cm"], color=COLOURS[method], lw=2.5
-            )
-            met = rows[rows["touched"]]
-            axis.plot(met["task_deg"], met["error_cm"], "kx", ms=5)
-            for jump in experiment.jumps:
-                place = np.rad2deg(experiment.tasks[jump : jump + 2, 0].mean())
-                axis.axvline(place, color="0.5", lw=0.8, ls=":", zorder=0)
-            axis.set_title(f"{method}: {mean:.2f} ± {std:.2f} cm", loc="left")
-            axis.set(ylabel="error (cm)", xticks=range(0, 361, 60), xlim=(-3, 363))
-        axes[1].set_xlabel("task angle (degrees)")
-        axes[0].set_ylim(bottom=0)
-    plt.close(figure)
+    figure, axes = plt.subplots(2, 1, figsize=(7.4, 4.6), sharex=True, sharey=True)
+    for axis, method in zip(axes, ("single regression", "charts"), strict=True):
+        rows = executed[executed["method"] == method]
+        mean, std = rows["error_cm"].mean(), rows["error_cm"].std()
+        axis.axhspan(max(0, mean - std), mean + std, color="0.9", lw=0, zorder=0)
+        axis.axhline(mean, color="0.3", lw=1, ls="--")
+        axis.vlines(
+            rows["task_deg"], 0, rows["error_cm"], color=COLOURS[method], lw=2.5
+        )
+        met = rows[rows["touched"]]
+        axis.plot(met["task_deg"], met["error_cm"], "kx", ms=5)
+        _mark_jumps(axis, experiment)
+        axis.set_title(f"{method}: {mean:.2f} ± {std:.2f} cm", loc="left")
+        axis.set(ylabel="error (cm)", xticks=range(0, 361, 60), xlim=(-3, 363))
+    axes[1].set_xlabel("task angle (degrees)")
+    axes[0].set_ylim(bottom=0)
     return figure
+
+
+def _mark_jumps(axis: Axes, experiment: Experiment) -> None:
+    """Draw dotted lines where the policies jump."""
+    for jump in experiment.jumps:
+        place = np.rad2deg(experiment.tasks[jump : jump + 2, 0].mean())
+        axis.axvline(place, color="0.5", lw=0.8, ls=":", zorder=0)

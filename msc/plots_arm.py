@@ -15,14 +15,17 @@ from numpy.typing import ArrayLike, NDArray
 
 from msc.arm import Rollout
 from msc.dmp import DMP
-from msc.looks import GOAL, STYLE, TRIO
-from msc.plots import draw_arm
-from msc.workspace import Workspace, chain
+from msc.geometry import chain
+from msc.looks import GOAL, TRIO, styled
+from msc.plots_world import draw_arm
+from msc.workspace import Workspace
 
 DASHES = ("-", "--", "-.", ":")
+N_HEADINGS = 4  # of the last link at the goal; each gives up to two poses
 
 
-def plot_poses(world: Workspace, task_deg: float, n_poses: int = 4) -> Figure:
+@styled
+def plot_poses(world: Workspace, task_deg: float) -> Figure:
     """Draw the arm's angles, and several poses that reach one goal.
 
     Parameters
@@ -31,8 +34,6 @@ def plot_poses(world: Workspace, task_deg: float, n_poses: int = 4) -> Figure:
         Whose arm.
     task_deg : float
         The task (degrees).
-    n_poses : int, default=4
-        How many headings of the last link are tried; each gives up to two poses.
 
     Returns
     -------
@@ -41,19 +42,17 @@ def plot_poses(world: Workspace, task_deg: float, n_poses: int = 4) -> Figure:
         angle; right poses of the same arm whose end effector is at the goal.
     """
     goal = world.target(task_deg)
-    with plt.rc_context(STYLE):
-        figure, (angles, poses) = plt.subplots(1, 2, figsize=(7.4, 3.9))
-        for axis in (angles, poses):
-            _draw_ground(axis, world, goal)
-        draw_arm(angles, world, world.home)
-        _draw_angles(angles, world)
-        _draw_task(angles, world, task_deg)
-        angles.set_title("a pose is three angles, a task is one")
-        for joints in poses_at(world, goal, n_poses):
-            draw_arm(poses, world, joints, lw=3, color="0.6")
-        poses.plot(*goal, "o", color=GOAL, ms=8, zorder=5)
-        poses.set_title("many poses reach the same goal")
-    plt.close(figure)
+    figure, (angles, poses) = plt.subplots(1, 2, figsize=(7.4, 3.9))
+    for axis in (angles, poses):
+        _draw_ground(axis, world, goal)
+    draw_arm(angles, world, world.home)
+    _draw_angles(angles, world)
+    _draw_task(angles, world, task_deg)
+    angles.set_title("a pose is three angles, a task is one")
+    for joints in poses_at(world, goal, N_HEADINGS):
+        draw_arm(poses, world, joints, lw=3, color="0.6")
+    poses.plot(*goal, "o", color=GOAL, ms=8, zorder=5)
+    poses.set_title("many poses reach the same goal")
     return figure
 
 
@@ -96,9 +95,8 @@ def poses_at(
     return np.array(found).reshape(-1, 3)
 
 
-def plot_weights(
-    world: Workspace, task_deg: float, strength: float, dmp: DMP | None = None
-) -> Figure:
+@styled
+def plot_weights(world: Workspace, task_deg: float, strength: float) -> Figure:
     """Draw the basis functions over time, and the paths that single weights make.
 
     Parameters
@@ -109,8 +107,6 @@ def plot_weights(
         The task (degrees).
     strength : float
         The weight given to one basis function of x at a time, and its opposite.
-    dmp : DMP, optional
-        The equations; by default ``DMP()``.
 
     Returns
     -------
@@ -118,53 +114,52 @@ def plot_weights(
         Left, over time: the shares of the basis functions, and what a weight of one
         adds to the way; right the paths, in the colours of their basis functions.
     """
-    dmp = dmp or DMP()
+    dmp = DMP()
     times = np.linspace(0, 1, 101)
     shares = dmp.forcing_basis(np.exp(-dmp.alpha * times / dmp.time_scale))
     ends = chain(world.home, world.link_lengths)[-1], world.target(task_deg)
     units = np.eye(dmp.n_params)[: dmp.n_basis]
     response = dmp.path(units, (0, 0), (1, 1), times)[..., 0]
     response -= dmp.path(0 * units, (0, 0), (1, 1), times)[..., 0]
-    with plt.rc_context(STYLE):
-        figure = plt.figure(figsize=(7.4, 4.1))
-        grid = figure.add_gridspec(2, 2, width_ratios=(1, 1.25))
-        top = figure.add_subplot(grid[0, 0])
-        low = figure.add_subplot(grid[1, 0], sharex=top)
-        plane = figure.add_subplot(grid[:, 1])
-        _draw_ground(plane, world, ends[1])
-        plane.plot(*ends[0], "o", color="black", ms=5)
-        plane.annotate("start", tuple(ends[0]), (8, -10), textcoords="offset points")
+    figure = plt.figure(figsize=(7.4, 4.1))
+    grid = figure.add_gridspec(2, 2, width_ratios=(1, 1.25))
+    top = figure.add_subplot(grid[0, 0])
+    low = figure.add_subplot(grid[1, 0], sharex=top)
+    plane = figure.add_subplot(grid[:, 1])
+    _draw_ground(plane, world, ends[1])
+    plane.plot(*ends[0], "o", color="black", ms=5)
+    plane.annotate("start", tuple(ends[0]), (8, -10), textcoords="offset points")
+    plane.annotate(
+        "goal", tuple(ends[1]), (8, 4), textcoords="offset points", color=GOAL
+    )
+    for k, colour in enumerate(TRIO[: dmp.n_basis]):
+        look: Any = {"color": colour, "ls": DASHES[k]}
+        top.plot(times, shares[:, k], **look)
+        top.fill_between(times, shares[:, k], color=colour, alpha=0.12, lw=0)
+        low.plot(times, 100 * response[k], label=f"$w_{k + 1}^x$", **look)
+        for sign in (1, -1):
+            path = dmp.path(sign * strength * units[k], *ends, times)
+            plane.plot(*path.T, **look)
+    for sign, text in ((1, "+"), (-1, "−")):
+        end = dmp.path(sign * strength * units[0], *ends, times)[-1]
         plane.annotate(
-            "goal", tuple(ends[1]), (8, 4), textcoords="offset points", color=GOAL
+            f"{text}{strength:g}",
+            end,
+            (6 * sign, 5),
+            textcoords="offset points",
+            ha="left" if sign > 0 else "right",
         )
-        for k, colour in enumerate(TRIO[: dmp.n_basis]):
-            look: Any = {"color": colour, "ls": DASHES[k]}
-            top.plot(times, shares[:, k], **look)
-            top.fill_between(times, shares[:, k], color=colour, alpha=0.12, lw=0)
-            low.plot(times, 100 * response[k], label=f"$w_{k + 1}^x$", **look)
-            for sign in (1, -1):
-                path = dmp.path(sign * strength * units[k], *ends, times)
-                plane.plot(*path.T, **look)
-        for sign, text in ((1, "+"), (-1, "−")):
-            end = dmp.path(sign * strength * units[0], *ends, times)[-1]
-            plane.annotate(
-                f"{text}{strength:g}",
-                end,
-                (6 * sign, 5),
-                textcoords="offset points",
-                ha="left" if sign > 0 else "right",
-            )
-        still = dmp.path(np.zeros(dmp.n_params), *ends, times)
-        plane.plot(*still.T, color="black", lw=2.5)
-        plane.set_title("the paths they make (black: no weights)")
-        top.set(title="when each weight acts", ylabel="share $ψ_i / Σψ$")
-        low.set(xlabel="time (s)", ylabel="moves by (% of the way)", xlim=(0, 1))
-        low.set_title("what a weight of 1 adds")
-        low.legend()
-    plt.close(figure)
+    still = dmp.path(np.zeros(dmp.n_params), *ends, times)
+    plane.plot(*still.T, color="black", lw=2.5)
+    plane.set_title("the paths they make (black: no weights)")
+    top.set(title="when each weight acts", ylabel="share $ψ_i / Σψ$")
+    low.set(xlabel="time (s)", ylabel="moves by (% of the way)", xlim=(0, 1))
+    low.set_title("what a weight of 1 adds")
+    low.legend()
     return figure
 
 
+@styled
 def plot_followed(
     world: Workspace,
     task_deg: float,
@@ -191,26 +186,24 @@ def plot_followed(
         them; right the distances from the goal over time.
     """
     goal = world.target(task_deg)
-    with plt.rc_context(STYLE):
-        figure, (plane, left) = plt.subplots(
-            1, 2, figsize=(7.4, 3.5), width_ratios=(1.1, 1)
-        )
-        _draw_ground(plane, world, goal)
-        for k, (name, rollout) in enumerate(rollouts.items()):
-            look: Any = {"color": TRIO[k % 3], "ls": DASHES[k % 4]}
-            plan = np.asarray(planned[name])
-            plane.plot(*plan.T, color="0.8", lw=6, solid_capstyle="round")
-            plane.plot(*rollout.path.T, zorder=3, **look)
-            draw_arm(plane, world, rollout.joints[-1], lw=3, alpha=0.3)
-            times = np.arange(len(rollout.path)) / 60
-            distance = 100 * np.hypot(*(rollout.path - goal).T)
-            left.plot(times, distance, label=name, **look)
-        plane.set_title("planned (broad) and executed")
-        left.set(title="how far the hand is from its goal", xlabel="time (s)")
-        left.set(ylabel="distance (cm)", ylim=(0, None))
-        left.axvspan(1, times[-1], color="0.93", lw=0, zorder=0)
-        left.legend()
-    plt.close(figure)
+    figure, (plane, left) = plt.subplots(
+        1, 2, figsize=(7.4, 3.5), width_ratios=(1.1, 1)
+    )
+    _draw_ground(plane, world, goal)
+    for k, (name, rollout) in enumerate(rollouts.items()):
+        look: Any = {"color": TRIO[k % 3], "ls": DASHES[k % 4]}
+        plan = np.asarray(planned[name])
+        plane.plot(*plan.T, color="0.8", lw=6, solid_capstyle="round")
+        plane.plot(*rollout.path.T, zorder=3, **look)
+        draw_arm(plane, world, rollout.joints[-1], lw=3, alpha=0.3)
+        times = np.arange(len(rollout.path)) / 60
+        distance = 100 * np.hypot(*(rollout.path - goal).T)
+        left.plot(times, distance, label=name, **look)
+    plane.set_title("planned (broad) and executed")
+    left.set(title="how far the hand is from its goal", xlabel="time (s)")
+    left.set(ylabel="distance (cm)", ylim=(0, None))
+    left.axvspan(1, times[-1], color="0.93", lw=0, zorder=0)
+    left.legend()
     return figure
 
 

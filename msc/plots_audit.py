@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from sklearn.decomposition import PCA
 
 from msc.jumps import find_jumps, step_sizes
-from msc.looks import STYLE, TRIO
+from msc.looks import TRIO, styled
 from msc.tables import WEIGHTS
 
 if TYPE_CHECKING:
@@ -21,6 +21,7 @@ _LOOK: Any = {"color": TRIO[0], "ms": 2.5, "lw": 0}
 _FAINT: Any = {"color": TRIO[1], "ms": 2.5, "lw": 0}
 
 
+@styled
 def plot_quality(*tables: pd.DataFrame, names: tuple[str, ...]) -> Figure:
     """Draw what the searches found over the circle: cost, agreement, steps, contacts.
 
@@ -37,30 +38,26 @@ def plot_quality(*tables: pd.DataFrame, names: tuple[str, ...]) -> Figure:
         The drawing.
     """
     rows = (_draw_cost, _draw_agreement, _draw_steps, _draw_contacts)
-    with plt.rc_context(STYLE):
-        figure, axes = plt.subplots(
-            len(rows),
-            len(tables),
-            figsize=(3.6 * len(tables), 7.4),
-            sharex=True,
-            sharey="row",
-            squeeze=False,
-        )
-        for column, table, name in zip(axes.T, tables, names, strict=True):
-            jumps = find_jumps(table["task_deg"], table[list(WEIGHTS)])
-            for axis, draw in zip(column, rows, strict=True):
-                for jump in jumps:
-                    where = table["task_deg"].iloc[jump : jump + 2].mean()
-                    axis.axvline(where, color="0.6", ls=":", lw=1)
-                draw(axis, table)
-                if axis in axes[:, 0]:
-                    axis.yaxis.set_label_text(axis.get_ylabel())
-                else:
-                    axis.set_ylabel("")
-            column[0].set_title(name)
-            column[-1].set(xlabel="task angle (degrees)", xticks=range(0, 361, 90))
-        axes[0, 0].legend(markerscale=2)
-    plt.close(figure)
+    figure, axes = plt.subplots(
+        len(rows),
+        len(tables),
+        figsize=(3.6 * len(tables), 7.4),
+        sharex=True,
+        sharey="row",
+        squeeze=False,
+    )
+    for column, table, name in zip(axes.T, tables, names, strict=True):
+        jumps = find_jumps(table["task_deg"], table[list(WEIGHTS)])
+        for axis, draw in zip(column, rows, strict=True):
+            for jump in jumps:
+                where = table["task_deg"].iloc[jump : jump + 2].mean()
+                axis.axvline(where, color="0.6", ls=":", lw=1)
+            draw(axis, table)
+            if axis not in axes[:, 0]:
+                axis.set_ylabel("")
+        column[0].set_title(name)
+        column[-1].set(xlabel="task angle (degrees)", xticks=range(0, 361, 90))
+    axes[0, 0].legend(markerscale=2)
     return figure
 
 
@@ -99,6 +96,7 @@ def _draw_contacts(axis: Axes, table: pd.DataFrame) -> None:
     axis.set(ylabel="contact impulse (N s)")
 
 
+@styled
 def plot_curves(*tables: pd.DataFrame, names: tuple[str, ...]) -> Figure:
     """Draw the manifolds in the policies' first two principal components.
 
@@ -115,29 +113,27 @@ def plot_curves(*tables: pd.DataFrame, names: tuple[str, ...]) -> Figure:
         The drawing: colour is the task angle, dashed lines are jumps, the dash-dotted
         one closes the circle across the cut.
     """
-    with plt.rc_context(STYLE):
-        figure, axes = plt.subplots(
-            1, len(tables), figsize=(3.6 * len(tables), 3.4), squeeze=False
+    figure, axes = plt.subplots(
+        1, len(tables), figsize=(3.6 * len(tables), 3.4), squeeze=False
+    )
+    for axis, table, name in zip(axes[0], tables, names, strict=True):
+        flat = PCA(2).fit_transform(table[list(WEIGHTS)].to_numpy())
+        for jump in find_jumps(table["task_deg"], table[list(WEIGHTS)]):
+            axis.plot(*flat[jump : jump + 2].T, "--", color="0.5", lw=1)
+        axis.plot(*flat[[-1, 0]].T, "-.", color="black", lw=1)
+        points = axis.scatter(
+            *flat.T, c=table["task_deg"], cmap="viridis", s=9, zorder=3
         )
-        for axis, table, name in zip(axes[0], tables, names, strict=True):
-            flat = PCA(2).fit_transform(table[list(WEIGHTS)].to_numpy())
-            for jump in find_jumps(table["task_deg"], table[list(WEIGHTS)]):
-                axis.plot(*flat[jump : jump + 2].T, "--", color="0.5", lw=1)
-            axis.plot(*flat[[-1, 0]].T, "-.", color="black", lw=1)
-            points = axis.scatter(
-                *flat.T, c=table["task_deg"], cmap="viridis", s=9, zorder=3
+        for place in (0, -1):
+            angle = table["task_deg"].iloc[place]
+            axis.annotate(
+                f"{angle:g}°",
+                flat[place],
+                (5, 5),
+                textcoords="offset points",
+                fontweight="bold",
             )
-            for place in (0, -1):
-                angle = table["task_deg"].iloc[place]
-                axis.annotate(
-                    f"{angle:g}°",
-                    flat[place],
-                    (5, 5),
-                    textcoords="offset points",
-                    fontweight="bold",
-                )
-            axis.set(title=name, xlabel="1st component")
-        axes[0, 0].set_ylabel("2nd component")
-        figure.colorbar(points, ax=axes, label="task angle (degrees)", shrink=0.9)
-    plt.close(figure)
+        axis.set(title=name, xlabel="1st component")
+    axes[0, 0].set_ylabel("2nd component")
+    figure.colorbar(points, ax=axes, label="task angle (degrees)", shrink=0.9)
     return figure

@@ -1,6 +1,6 @@
-"""The number of charts: file, table and figure of the readings of the elbow.
+"""The number of charts: tables and figure of the readings of the elbow, and the gates.
 
-`msc evaluate` writes the files, one a workspace; see `msc.elbows`.
+`msc evaluate` writes the files, one a workspace; see `msc.elbow_parts`.
 """
 
 from __future__ import annotations
@@ -15,8 +15,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import PercentFormatter
 
-from msc.elbows import READINGS, most_picked
-from msc.looks import SMALL, STYLE, TRIO
+from msc.elbow_parts import most_picked
+from msc.elbows import READINGS
+from msc.looks import SMALL, TRIO, styled
 
 PAPER = 4  # charts, in either workspace
 
@@ -52,6 +53,7 @@ def elbow_table(*elbows: _Measured, count: int = PAPER) -> pd.DataFrame:
     return pd.DataFrame(columns, index=list(READINGS.values()))
 
 
+@styled
 def plot_elbows(*elbows: _Measured) -> Figure:
     """Draw the curves that an elbow may be read from, and what is picked.
 
@@ -67,24 +69,22 @@ def plot_elbows(*elbows: _Measured) -> Figure:
         scaled to its range; the number picked as a diamond; as bars, the share of the
         parts of the data on which each number is picked; dotted, the paper's number.
     """
-    with plt.rc_context(STYLE):
-        figure, axes = plt.subplots(
-            len(READINGS),
-            len(elbows),
-            figsize=(7.4, 1.45 * len(READINGS) + 0.4),
-            sharex="col",
-            sharey=True,
-            squeeze=False,
-        )
-        for column, measured in zip(axes.T, elbows, strict=True):
-            for axis, (name, label) in zip(column, READINGS.items(), strict=True):
-                _draw_reading(axis, measured["readings"][name])
-                axis.set_title(label, loc="left", fontsize=SMALL)
-            column[0].set_title(measured["workspace"], loc="right", fontweight="bold")
-            column[-1].set_xlabel("charts")
-        axes[0, -1].legend(loc="upper right", bbox_to_anchor=(1, 0.95))
-        figure.supylabel("share of the parts; curve, scaled", fontsize=9)
-    plt.close(figure)
+    figure, axes = plt.subplots(
+        len(READINGS),
+        len(elbows),
+        figsize=(7.4, 1.45 * len(READINGS) + 0.4),
+        sharex="col",
+        sharey=True,
+        squeeze=False,
+    )
+    for column, measured in zip(axes.T, elbows, strict=True):
+        for axis, (name, label) in zip(column, READINGS.items(), strict=True):
+            _draw_reading(axis, measured["readings"][name])
+            axis.set_title(label, loc="left", fontsize=SMALL)
+        column[0].set_title(measured["workspace"], loc="right", fontweight="bold")
+        column[-1].set_xlabel("charts")
+    axes[0, -1].legend(loc="upper right", bbox_to_anchor=(1, 0.95))
+    figure.supylabel("share of the parts; curve, scaled", fontsize=9)
     return figure
 
 

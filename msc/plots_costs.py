@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from msc.cost_tables import LIMIT
-from msc.looks import SMALL, STYLE, WORLDS
+from msc.looks import SMALL, WORLDS, styled
 
 _WAYS = {
     "mujoco": "MuJoCo, open loop",
@@ -25,6 +25,7 @@ _WAYS = {
 _Figures = Mapping[str, Any]
 
 
+@styled
 def plot_costs(
     figures: _Figures, tables: Mapping[str, pd.DataFrame] | None = None
 ) -> Figure:
@@ -43,13 +44,11 @@ def plot_costs(
         Left every way to do a rollout in units of its raw steps; right the rollouts
         that a task takes over the number of tasks searched together.
     """
-    with plt.rc_context(STYLE):
-        figure, (ways, growth) = plt.subplots(
-            1, 2, figsize=(7.4, 3.0), width_ratios=(1.15, 1)
-        )
-        _draw_ways(ways, figures)
-        _draw_growth(growth, figures, tables or {})
-    plt.close(figure)
+    figure, (ways, growth) = plt.subplots(
+        1, 2, figsize=(7.4, 3.0), width_ratios=(1.15, 1)
+    )
+    _draw_ways(ways, figures)
+    _draw_growth(growth, figures, tables or {})
     return figure
 
 

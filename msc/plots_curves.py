@@ -11,13 +11,14 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from msc.looks import CHART_COLOURS, CHART_MARKERS, COLOURS, LOOKS, STYLE
-from msc.plots import WEIGHT_LABELS
+from msc.looks import COLOURS, LOOKS, chart_colour, chart_marker, styled
+from msc.plots_world import WEIGHT_LABELS
 from msc.skill import ParameterizedSkill
 
 DENSE = np.linspace(0, 2 * np.pi, 721, endpoint=False)[:, None]  # tasks (rad)
 
 
+@styled
 def plot_rivals(
     learners: Mapping[str, Any],
     tasks: NDArray[np.float64],
@@ -47,27 +48,25 @@ def plot_rivals(
         One panel a learner; grey points are all searched policies.
     """
     searched = policies[:, weight]
-    with plt.rc_context(STYLE):
-        figure, axes = plt.subplots(
-            1, len(learners), figsize=(7.4, 2.9), sharex=True, sharey=True
-        )
-        for axis, (name, learner) in zip(axes, learners.items(), strict=True):
-            dots: Any = {"ms": 2.5, "color": COLOURS["searched"]}
-            axis.plot(np.rad2deg(tasks[:, 0]), searched, ".", **dots)
-            if getattr(learner, "n_charts_", 1) > 1:
-                trained = tasks[chosen], policies[chosen]
-                draw_charts(axis, learner, *trained, weight=weight)
-            else:
-                _draw_single(axis, learner, weight, COLOURS[name])
-                at = np.rad2deg(tasks[chosen, 0]), searched[chosen]
-                look: Any = {"color": COLOURS[name], "mec": "white", "mew": 0.4}
-                axis.plot(*at, LOOKS[name]["marker"], ms=4, **look)
-            axis.set(title=name, xticks=range(0, 361, 120))
-            axis.set_xlabel("task angle (degrees)")
-        margin = 0.15 * np.ptp(searched)
-        axes[0].set_ylim(searched.min() - margin, searched.max() + margin)
-        axes[0].set_ylabel(f"policy weight {WEIGHT_LABELS[weight]}")
-    plt.close(figure)
+    figure, axes = plt.subplots(
+        1, len(learners), figsize=(7.4, 2.9), sharex=True, sharey=True
+    )
+    for axis, (name, learner) in zip(axes, learners.items(), strict=True):
+        dots: Any = {"ms": 2.5, "color": COLOURS["searched"]}
+        axis.plot(np.rad2deg(tasks[:, 0]), searched, ".", **dots)
+        if getattr(learner, "n_charts_", 1) > 1:
+            trained = tasks[chosen], policies[chosen]
+            draw_charts(axis, learner, *trained, weight=weight)
+        else:
+            _draw_single(axis, learner, weight, COLOURS[name])
+            at = np.rad2deg(tasks[chosen, 0]), searched[chosen]
+            look: Any = {"color": COLOURS[name], "mec": "white", "mew": 0.4}
+            axis.plot(*at, LOOKS[name]["marker"], ms=4, **look)
+        axis.set(title=name, xticks=range(0, 361, 120))
+        axis.set_xlabel("task angle (degrees)")
+    margin = 0.15 * np.ptp(searched)
+    axes[0].set_ylim(searched.min() - margin, searched.max() + margin)
+    axes[0].set_ylabel(f"policy weight {WEIGHT_LABELS[weight]}")
     return figure
 
 
@@ -103,7 +102,7 @@ def draw_charts(
     for piece in np.split(np.arange(len(gate)), np.flatnonzero(np.diff(gate)) + 1):
         chart = gate[piece[0]]
         pale = 1.0 if only in (None, chart) else 0.3
-        look: Any = {"color": CHART_COLOURS[chart % 6]}
+        look: Any = {"color": chart_colour(chart)}
         axis.plot(angles[piece], mean[piece], alpha=pale, **look)
         edges = mean[piece] - 2 * std[piece], mean[piece] + 2 * std[piece]
         axis.fill_between(angles[piece], *edges, alpha=0.2 * pale, lw=0, **look)
@@ -112,8 +111,8 @@ def draw_charts(
         axis.plot(
             np.rad2deg(tasks[here, 0]),
             policies[here, weight],
-            CHART_MARKERS[chart % 6],
-            color=CHART_COLOURS[chart % 6],
+            chart_marker(chart),
+            color=chart_colour(chart),
             alpha=1.0 if only in (None, chart) else 0.4,
             ms=5,
             mec="white",

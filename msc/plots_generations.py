@@ -13,12 +13,14 @@ from matplotlib.patches import Circle as Disc
 from numpy.typing import NDArray
 
 from msc.generations import Recording
-from msc.looks import GOAL, STYLE, TRIO
-from msc.workspace import Workspace, chain
+from msc.geometry import chain
+from msc.looks import GOAL, TRIO, styled
+from msc.workspace import Workspace
 
 STARTS = (TRIO[1], TRIO[0], TRIO[2], "0.3", "0.5", "0.7")
 
 
+@styled
 def plot_generations(
     workspace: Workspace,
     task_deg: float,
@@ -47,30 +49,28 @@ def plot_generations(
     """
     run = recordings[0]
     numbers = [min(number, len(run.costs)) for number in shown]
-    with plt.rc_context(STYLE):
-        figure = plt.figure(figsize=(7.4, 4.5))
-        grid = figure.add_gridspec(2, len(numbers) + 1, height_ratios=(1, 1.05))
-        costs = figure.add_subplot(grid[1, :])
-        for column, number in enumerate(numbers):
-            axis = figure.add_subplot(grid[0, column])
-            draw_generation(axis, workspace, task_deg, run, number - 1)
-            axis.set_title(f"generation {number}", fontsize=9)
-            costs.axvline(
-                run.evaluations[number - 1], color="0.5", lw=0.8, ls="--", zorder=0
-            )
-        found = figure.add_subplot(grid[0, len(numbers)])
-        _draw_found(found, workspace, task_deg, recordings)
-        found.set_title("what every start found", fontsize=9)
-        for recording, colour in zip(recordings, STARTS, strict=False):
-            _draw_costs(costs, recording, colour)
-        costs.set(
-            yscale="log",
-            xlabel="rollouts of the start",
-            ylabel="cost",
-            xlim=(0, None),
+    figure = plt.figure(figsize=(7.4, 4.5))
+    grid = figure.add_gridspec(2, len(numbers) + 1, height_ratios=(1, 1.05))
+    costs = figure.add_subplot(grid[1, :])
+    for column, number in enumerate(numbers):
+        axis = figure.add_subplot(grid[0, column])
+        draw_generation(axis, workspace, task_deg, run, number - 1)
+        axis.set_title(f"generation {number}", fontsize=9)
+        costs.axvline(
+            run.evaluations[number - 1], color="0.5", lw=0.8, ls="--", zorder=0
         )
-        costs.legend(loc="upper right")
-    plt.close(figure)
+    found = figure.add_subplot(grid[0, len(numbers)])
+    _draw_found(found, workspace, task_deg, recordings)
+    found.set_title("what every start found", fontsize=9)
+    for recording, colour in zip(recordings, STARTS, strict=False):
+        _draw_costs(costs, recording, colour)
+    costs.set(
+        yscale="log",
+        xlabel="rollouts of the start",
+        ylabel="cost",
+        xlim=(0, None),
+    )
+    costs.legend(loc="upper right")
     return figure
 
 

@@ -8,19 +8,19 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from msc.generations import Recording
-from msc.looks import GOAL, STYLE
-from msc.plots import WEIGHT_LABELS
+from msc.geometry import chain
+from msc.looks import GOAL, styled
+from msc.marks import FLAT, WEIGHT_NAMES, mark_world
 from msc.plots_generations import STARTS, draw_generation, square_around
-from msc.plots_scrubber import FLAT, mark_world
 from msc.scrubber import Mark, Panel, Scrubber, choose_ticks
-from msc.workspace import Workspace, chain
+from msc.workspace import Workspace
 
 N_STEPS = 40  # of the slider: every early generation, then ever fewer
 EVERY = 2  # time steps from one point of a path to the next
 
 
 def scrub_generations(
-    workspace: Workspace, task_deg: float, run: Recording, *, first: int = 0
+    workspace: Workspace, task_deg: float, run: Recording
 ) -> Scrubber:
     """Let the reader walk through the generations of a start.
 
@@ -32,8 +32,6 @@ def scrub_generations(
         Task angle (degrees).
     run : Recording
         The start.
-    first : int, default=0
-        The step shown at first.
 
     Returns
     -------
@@ -68,9 +66,8 @@ def scrub_generations(
             _costs_panel(run, steps, costs),
             _weights_panel(run, policies),
         ],
-        poster=_poster(workspace, task_deg, run, int(steps[first])),
-        poster_alt=f"The ways of the end effector. {captions[first]}",
-        first=first,
+        poster=_poster(workspace, task_deg, run, int(steps[0])),
+        poster_alt=f"The ways of the end effector. {captions[0]}",
         seconds=6.0,
         walks=True,
         legend={"nine policies": STARTS[0], "the cheapest": "currentColor"},
@@ -144,9 +141,6 @@ def _weights_panel(run: Recording, policies: NDArray[np.float64]) -> Panel:
     low, high = tried[:, plane].min(axis=0), tried[:, plane].max(axis=0)
     margin = 0.05 * (high - low)
     (left, bottom), (right, top) = low - margin, high + margin
-    names = [
-        WEIGHT_LABELS[k].strip("$").replace("_", "").replace("^", "") for k in plane
-    ]
     return Panel(
         "Two weights of the policies, those of the chosen generation marked.",
         (float(left), float(right)),
@@ -157,20 +151,19 @@ def _weights_panel(run: Recording, policies: NDArray[np.float64]) -> Panel:
             Mark("dots", policies[:, :1, plane], "step", width=4.5),
         ],
         aspect=FLAT,
-        x_label=f"policy weight {names[0]}",
-        y_label=f"policy weight {names[1]}",
+        x_label=f"policy weight {WEIGHT_NAMES[across]}",
+        y_label=f"policy weight {WEIGHT_NAMES[up]}",
         x_ticks=choose_ticks(left, right),
         y_ticks=choose_ticks(bottom, top),
     )
 
 
+@styled
 def _poster(
     workspace: Workspace, task_deg: float, run: Recording, generation: int
 ) -> Figure:
     """Draw one generation as a picture."""
-    with plt.rc_context(STYLE):
-        figure, axis = plt.subplots(figsize=(4.2, 4.2))
-        draw_generation(axis, workspace, task_deg, run, generation)
-        axis.set_title(f"generation {generation + 1}")
-    plt.close(figure)
+    figure, axis = plt.subplots(figsize=(4.2, 4.2))
+    draw_generation(axis, workspace, task_deg, run, generation)
+    axis.set_title(f"generation {generation + 1}")
     return figure

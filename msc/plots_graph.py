@@ -13,12 +13,15 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
-from msc.looks import CHART_COLOURS, CHART_MARKERS, STYLE, TRIO
+from msc.looks import TRIO, chart_colour, chart_marker, styled
 from msc.smce import SMCE
 
 USED = 1e-6  # coefficients: smaller ones are not drawn
+CLOSE = 0.35  # how far around a place a closer look shows
+N_VALUES = 12  # eigenvalues shown
 
 
+@styled
 def plot_clusterings(
     points: NDArray[np.float64], found: Mapping[str, ArrayLike]
 ) -> Figure:
@@ -36,20 +39,17 @@ def plot_clusterings(
     Figure
         One panel a way, points coloured and shaped by label.
     """
-    with plt.rc_context(STYLE):
-        figure, axes = plt.subplots(
-            1, len(found), figsize=(7.4, 2.3), sharey=True, squeeze=False
-        )
-        for axis, (name, labels) in zip(axes.flat, found.items(), strict=True):
-            _draw_points(axis, points, np.asarray(labels))
-            axis.set_title(name)
-    plt.close(figure)
+    figure, axes = plt.subplots(
+        1, len(found), figsize=(7.4, 2.3), sharey=True, squeeze=False
+    )
+    for axis, (name, labels) in zip(axes.flat, found.items(), strict=True):
+        _draw_points(axis, points, np.asarray(labels))
+        axis.set_title(name)
     return figure
 
 
-def plot_reconstruction(
-    points: NDArray[np.float64], smce: SMCE, index: int, reach: float = 0.35
-) -> Figure:
+@styled
+def plot_reconstruction(points: NDArray[np.float64], smce: SMCE, index: int) -> Figure:
     """Draw from which neighbours a point is reconstructed, and how much each counts.
 
     Parameters
@@ -60,8 +60,6 @@ def plot_reconstruction(
         Fitted to them.
     index : int
         Which point.
-    reach : float, default=0.35
-        How far around it is shown.
 
     Returns
     -------
@@ -74,39 +72,36 @@ def plot_reconstruction(
     near = np.argsort(distances, kind="stable")[1 : smce.n_neighbors + 1]
     penalties = distances[near] / distances[near].sum()  # Eq. 4
     used, blue = near[coef[near] > USED], TRIO[0]
-    with plt.rc_context(STYLE):
-        figure, (plane, bars) = plt.subplots(
-            1, 2, figsize=(7.4, 3.0), width_ratios=(1, 1.2)
-        )
-        plane.plot(*points.T, ".", color="0.7", ms=4)
-        plane.plot(*points[near].T, "o", mfc="none", mec="0.45", ms=8, label="nearest")
-        _draw_edges(plane, points, np.c_[np.full(len(used), index), used], blue)
-        plane.plot(*points[used].T, "o", color=blue, ms=8, label="used")
-        plane.plot(*points[index], "k*", ms=12, label="the point")
-        x, y = points[index]
-        plane.set(xlim=(x - reach, x + reach), ylim=(y - reach, y + reach))
-        plane.set(aspect="equal")
-        plane.set_axis_off()
-        plane.legend(loc="upper center", ncols=3, handletextpad=0.2)
-        ranks = np.arange(1, len(near) + 1)
-        bars.bar(ranks, penalties, color="0.8", label="penalty $q_j$ (Eq. 4)")
-        bars.plot(ranks, coef[near], "o", color=blue, label="share $|c_j|$ (Eq. 3)")
-        bars.set(xlabel="neighbours, nearest first", ylim=(0, None))
-        bars.set_xticks(ranks[::3])
-        bars.legend()
-    plt.close(figure)
+    figure, (plane, bars) = plt.subplots(
+        1, 2, figsize=(7.4, 3.0), width_ratios=(1, 1.2)
+    )
+    plane.plot(*points.T, ".", color="0.7", ms=4)
+    plane.plot(*points[near].T, "o", mfc="none", mec="0.45", ms=8, label="nearest")
+    _draw_edges(plane, points, np.c_[np.full(len(used), index), used], blue)
+    plane.plot(*points[used].T, "o", color=blue, ms=8, label="used")
+    plane.plot(*points[index], "k*", ms=12, label="the point")
+    x, y = points[index]
+    plane.set(xlim=(x - CLOSE, x + CLOSE), ylim=(y - CLOSE, y + CLOSE))
+    plane.set(aspect="equal")
+    plane.set_axis_off()
+    plane.legend(loc="upper center", ncols=3, handletextpad=0.2)
+    ranks = np.arange(1, len(near) + 1)
+    bars.bar(ranks, penalties, color="0.8", label="penalty $q_j$ (Eq. 4)")
+    bars.plot(ranks, coef[near], "o", color=blue, label="share $|c_j|$ (Eq. 3)")
+    bars.set(xlabel="neighbours, nearest first", ylim=(0, None))
+    bars.set_xticks(ranks[::3])
+    bars.legend()
     return figure
 
 
-def plot_affinity(smce: SMCE, n_values: int = 12) -> Figure:
+@styled
+def plot_affinity(smce: SMCE) -> Figure:
     """Draw the affinity matrix, and the eigenvalues that tell its pieces.
 
     Parameters
     ----------
     smce : SMCE
         Fitted to policies in the order of their tasks.
-    n_values : int, default=12
-        Eigenvalues shown.
 
     Returns
     -------
@@ -115,27 +110,26 @@ def plot_affinity(smce: SMCE, n_values: int = 12) -> Figure:
         in the same one; right the least eigenvalues of the Laplacian.
     """
     pairs = smce.affinity_matrix_.tocoo()
-    labels, values = smce.labels_, smce.eigenvalues_[:n_values]
-    with plt.rc_context(STYLE):
-        figure, (matrix, spectrum) = plt.subplots(
-            1, 2, figsize=(7.4, 3.4), width_ratios=(1, 1.1)
-        )
-        same = labels[pairs.row] == labels[pairs.col]
-        matrix.plot(pairs.col[~same], pairs.row[~same], ".", ms=2, color="black")
-        for chart in range(smce.n_clusters_):
-            here = same & (labels[pairs.row] == chart)
-            colour = CHART_COLOURS[chart % 6]
-            matrix.plot(pairs.col[here], pairs.row[here], ".", ms=2, color=colour)
-        matrix.set(aspect="equal", xlabel="policy", ylabel="policy")
-        matrix.invert_yaxis()
-        matrix.set_title("affinity matrix $M$")
-        spectrum.plot(np.arange(1, len(values) + 1), values, "o", color="0.35")
-        spectrum.set(xlabel="number", ylabel="eigenvalue")
-        spectrum.set_title("least eigenvalues of the Laplacian")
-    plt.close(figure)
+    labels, values = smce.labels_, smce.eigenvalues_[:N_VALUES]
+    figure, (matrix, spectrum) = plt.subplots(
+        1, 2, figsize=(7.4, 3.4), width_ratios=(1, 1.1)
+    )
+    same = labels[pairs.row] == labels[pairs.col]
+    matrix.plot(pairs.col[~same], pairs.row[~same], ".", ms=2, color="black")
+    for chart in range(smce.n_clusters_):
+        here = same & (labels[pairs.row] == chart)
+        colour = chart_colour(chart)
+        matrix.plot(pairs.col[here], pairs.row[here], ".", ms=2, color=colour)
+    matrix.set(aspect="equal", xlabel="policy", ylabel="policy")
+    matrix.invert_yaxis()
+    matrix.set_title("affinity matrix $M$")
+    spectrum.plot(np.arange(1, len(values) + 1), values, "o", color="0.35")
+    spectrum.set(xlabel="number", ylabel="eigenvalue")
+    spectrum.set_title("least eigenvalues of the Laplacian")
     return figure
 
 
+@styled
 def plot_graph(
     points: NDArray[np.float64], smce: SMCE, title: str, aspect: str = "equal"
 ) -> Figure:
@@ -157,12 +151,10 @@ def plot_graph(
     Figure
         One panel.
     """
-    with plt.rc_context(STYLE):
-        figure, axis = plt.subplots(figsize=(4.6, 3.4))
-        _draw_edges(axis, points, edges(smce), "0.4")
-        _draw_points(axis, points, smce.labels_, aspect)
-        axis.set_title(title)
-    plt.close(figure)
+    figure, axis = plt.subplots(figsize=(4.6, 3.4))
+    _draw_edges(axis, points, edges(smce), "0.4")
+    _draw_points(axis, points, smce.labels_, aspect)
+    axis.set_title(title)
     return figure
 
 
@@ -191,9 +183,9 @@ def _draw_points(
 ) -> None:
     """Draw points by label."""
     for label in np.unique(labels):
-        look: Any = {"color": CHART_COLOURS[label % 6], "mec": "white", "mew": 0.3}
+        look: Any = {"color": chart_colour(label), "mec": "white", "mew": 0.3}
         here = points[labels == label]
-        axis.plot(*here.T, CHART_MARKERS[label % 6], ms=4, **look)
+        axis.plot(*here.T, chart_marker(label), ms=4, **look)
     axis.set(aspect=aspect)
     axis.set_axis_off()
 

@@ -10,8 +10,8 @@ from scipy.sparse.csgraph import connected_components
 from sklearn.decomposition import PCA
 
 from msc.looks import CHART_COLOURS, TRIO
-from msc.plots_graph import edges, plot_graph
-from msc.plots_scrubber import FLAT
+from msc.marks import FLAT, TASK_AXIS
+from msc.plots_graph import CLOSE, edges, plot_graph
 from msc.scrubber import Mark, Panel, Scrubber, choose_ticks
 from msc.smce import SMCE
 from msc.spectral import elbow
@@ -26,7 +26,6 @@ def scrub_regularization(
     curves: NDArray[np.intp],
     values: Sequence[float],
     *,
-    near: float = 0.35,
     first: int = 0,
 ) -> Scrubber:
     """Let the reader change λ, and see the graph and the charts of points in the plane.
@@ -39,8 +38,6 @@ def scrub_regularization(
         Which curve each belongs to: 0 or 1. SMCE is not told.
     values : sequence of float
         What `regularization` is set to.
-    near : float, default=0.35
-        Half the width of the panel that looks closer, at the origin.
     first : int, default=0
         The step shown at first.
 
@@ -84,8 +81,8 @@ def scrub_regularization(
             Panel(f"{alt}.", x, y, marks, aspect=shape),
             Panel(
                 f"{alt}, where the curves come nearest.",
-                (-near, near),
-                (-near * shape, near * shape),
+                (-CLOSE, CLOSE),
+                (-CLOSE * shape, CLOSE * shape),
                 marks,
                 aspect=shape,
             ),
@@ -161,9 +158,8 @@ def scrub_charts(
                 _range(values),
                 _chart_dots(np.c_[degrees, values], labels, MAX_CHARTS, width=2.0),
                 aspect=FLAT,
-                x_label="task angle (degrees)",
+                **TASK_AXIS,
                 y_label="policy weight",
-                x_ticks=(0, 90, 180, 270, 360),
                 y_ticks=choose_ticks(*_range(values)),
             ),
             _elbow_panel(curve),

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle as Disc
 
-from msc.looks import SMALL, STYLE, TRIO
+from msc.looks import SMALL, TRIO, styled
 from msc.movements import Movements
 from msc.search import cost
 
@@ -19,6 +19,7 @@ SIDES = TRIO[:2]  # of a break: before, after
 TOUCHED = TRIO[1]
 
 
+@styled
 def plot_tasks(
     movements: Movements, indices: Sequence[int], *, n_poses: int = 6
 ) -> Figure:
@@ -40,19 +41,16 @@ def plot_tasks(
         the goal a red ring, obstacles black, those touched with an orange rim.
     """
     n_rows = -(-len(indices) // 4)
-    with plt.rc_context(STYLE):
-        figure, axes = plt.subplots(
-            n_rows, 4, figsize=(7.4, 2.05 * n_rows), squeeze=False
-        )
-        for axis in axes.flat[len(indices) :]:
-            axis.set_axis_off()
-        for axis, index in zip(axes.flat, indices, strict=False):
-            draw_movement(axis, movements, index, n_poses=n_poses)
-            axis.set_title(f"{movements.degrees[index]:g}°", pad=2)
-    plt.close(figure)
+    figure, axes = plt.subplots(n_rows, 4, figsize=(7.4, 2.05 * n_rows), squeeze=False)
+    for axis in axes.flat[len(indices) :]:
+        axis.set_axis_off()
+    for axis, index in zip(axes.flat, indices, strict=False):
+        draw_movement(axis, movements, index, n_poses=n_poses)
+        axis.set_title(f"{movements.degrees[index]:g}°", pad=2)
     return figure
 
 
+@styled
 def plot_breaks(
     movements: Movements, breaks: Sequence[tuple[int, int]], *, n_poses: int = 6
 ) -> Figure:
@@ -76,25 +74,23 @@ def plot_breaks(
     """
     n_pairs = 1 if len(breaks) <= 5 else 2
     n_rows, width = -(-len(breaks) // n_pairs), 3.1 if n_pairs == 1 else 1.85
-    with plt.rc_context(STYLE):
-        figure, axes = plt.subplots(
-            n_rows,
-            2 * n_pairs,
-            figsize=(2 * n_pairs * width, (width + 0.1) * n_rows),
-            squeeze=False,
-        )
-        for axis in axes.flat[2 * len(breaks) :]:
-            axis.set_axis_off()
-        for panels, pair in zip(axes.reshape(-1, 2), breaks, strict=False):
-            sides = list(zip(panels, pair, SIDES, strict=True))
-            for axis, index, colour in sides:
-                for _, other, its_colour in sides:
-                    if other != index:
-                        way = movements.rollouts[other].path
-                        axis.plot(*way.T, ":", color=its_colour, lw=1.3)
-                draw_movement(axis, movements, index, colour=colour, n_poses=n_poses)
-                axis.set_title(_caption(movements, index), pad=3, fontsize=SMALL)
-    plt.close(figure)
+    figure, axes = plt.subplots(
+        n_rows,
+        2 * n_pairs,
+        figsize=(2 * n_pairs * width, (width + 0.1) * n_rows),
+        squeeze=False,
+    )
+    for axis in axes.flat[2 * len(breaks) :]:
+        axis.set_axis_off()
+    for panels, pair in zip(axes.reshape(-1, 2), breaks, strict=False):
+        sides = list(zip(panels, pair, SIDES, strict=True))
+        for axis, index, colour in sides:
+            for _, other, its_colour in sides:
+                if other != index:
+                    way = movements.rollouts[other].path
+                    axis.plot(*way.T, ":", color=its_colour, lw=1.3)
+            draw_movement(axis, movements, index, colour=colour, n_poses=n_poses)
+            axis.set_title(_caption(movements, index), pad=3, fontsize=SMALL)
     return figure
 
 

@@ -11,16 +11,15 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
 from msc.arm import Arm, Rollout
-from msc.looks import CHART_COLOURS, COLOURS, GOAL, LOOKS, STYLE
-from msc.plots import WEIGHT_LABELS, draw_arm, draw_world
+from msc.looks import COLOURS, GOAL, LOOKS, chart_colour, styled
+from msc.marks import TASK_AXIS, WEIGHT_NAMES, films, mark_world, uprights, world_panel
 from msc.plots_curves import DENSE
-from msc.plots_scrubber import mark_world
+from msc.plots_world import draw_arm, draw_world
 from msc.scrubber import Mark, Panel, Scrubber
 from msc.skill import ParameterizedSkill
-from msc.workspace import Workspace, chain
+from msc.workspace import Workspace
 
 FRAME = 6  # time steps from one picture of a film to the next
-_PLAIN = str.maketrans({"$": "", "_": "", "^": ""})
 
 
 def scrub_predictions(
@@ -106,18 +105,17 @@ def _arm_panel(
     marks = mark_world(world)
     goals = world.target(np.rad2deg(tasks[:, 0]))
     for chart in range(skill.n_charts_):
-        look: Any = {"colour": CHART_COLOURS[chart % 6], "width": 4.0}
+        look: Any = {"colour": chart_colour(chart), "width": 4.0}
         marks.append(Mark("dots", goals[skill.charts_ == chart], **look))
     here = [[world.target(angle)] for angle in angles]
     marks.append(Mark("ring", here, "step", colour=GOAL, radius=0.05, width=3.0))
     for name, some in reversed(list(rollouts.items())):
-        joints = np.array([one.joints[::FRAME] for one in some])
-        film = chain(joints, world.link_lengths)
+        film = films(some, world, FRAME)
         trail = {"width": 1.2, "opacity": 1.0, "dash": [4, 3]}
         mark: Any = {"colour": COLOURS[name], "width": 3.0, "trail": trail}
         marks.append(Mark("line", film, "time", **mark))
     alt = "The arm from above, goals coloured by chart, the goal, and the movements."
-    return Panel(alt, (-1.0, 1.0), (-1.0, 1.0), marks)
+    return world_panel(alt, marks)
 
 
 def _weight_panel(
@@ -136,7 +134,7 @@ def _weight_panel(
     low, high = float(values.min() - 0.25 * span), float(values.max() + 0.25 * span)
     marks = []
     for piece in np.split(np.arange(len(gate)), np.flatnonzero(np.diff(gate)) + 1):
-        colour, some = CHART_COLOURS[gate[piece[0]] % 6], piece[::3]
+        colour, some = chart_colour(gate[piece[0]]), piece[::3]
         for sign, look in ((-2, 0.35), (2, 0.35), (0, 1.0)):
             line = np.clip(mean[some] + sign * std[some], low, high)
             points: Any = np.c_[places[some], line]
@@ -145,9 +143,8 @@ def _weight_panel(
     for chart in range(skill.n_charts_):
         here = skill.charts_ == chart
         dots: Any = np.c_[np.rad2deg(tasks[here, 0]), values[here]]
-        marks.append(Mark("dots", dots, colour=CHART_COLOURS[chart % 6], width=4.0))
-    upright = [[[float(angle), low]] for angle in angles]
-    marks.append(Mark("upright", upright, "step", width=1.0, opacity=0.5))
+        marks.append(Mark("dots", dots, colour=chart_colour(chart), width=4.0))
+    marks.append(uprights(angles, low))
     for name, one in reversed(list(found.items())):
         at = np.clip(one[:, weight], low, high)
         points = [[[x, y]] for x, y in zip(angles, at, strict=True)]
@@ -157,9 +154,8 @@ def _weight_panel(
         (0, 360),
         (low, high),
         marks,
-        x_label="task angle (degrees)",
-        y_label="policy weight " + WEIGHT_LABELS[weight].translate(_PLAIN),
-        x_ticks=(0, 90, 180, 270, 360),
+        **TASK_AXIS,
+        y_label="policy weight " + WEIGHT_NAMES[weight],
         y_ticks=(round(float(values.min())), 0, round(float(values.max()))),
     )
 
@@ -169,8 +165,7 @@ def _missed_panel(
 ) -> Panel:
     """Show how far from the goal the movements end, over the tasks."""
     top = 1.05 * max(float(left.max()) for left in missed.values())
-    upright = [[[float(angle), 0.0]] for angle in angles]
-    marks = [Mark("upright", upright, "step", width=1.0, opacity=0.5)]
+    marks = [uprights(angles)]
     for name, left in reversed(list(missed.items())):
         points = np.c_[angles, left]
         marks.append(Mark("line", points, colour=COLOURS[name]))
@@ -182,13 +177,13 @@ def _missed_panel(
         (0, 360),
         (0, top),
         marks,
-        x_label="task angle (degrees)",
+        **TASK_AXIS,
         y_label="left to the goal (cm)",
-        x_ticks=(0, 90, 180, 270, 360),
         y_ticks=(0, half, 2 * half) if 2 * half <= top else (0, half),
     )
 
 
+@styled
 def _poster(
     world: Workspace,
     rollouts: Mapping[str, list[Rollout]],
@@ -196,14 +191,12 @@ def _poster(
     first: int,
 ) -> Figure:
     """Draw one step as a picture: the movements and the poses at their ends."""
-    with plt.rc_context(STYLE):
-        figure, plane = plt.subplots(figsize=(4.2, 4.2))
-        draw_world(plane, world)
-        for name, some in reversed(list(rollouts.items())):
-            look: Any = {"color": COLOURS[name], "label": name, "ls": LOOKS[name]["ls"]}
-            draw_arm(plane, world, some[first].joints[-1], lw=3, color=COLOURS[name])
-            plane.plot(*some[first].path.T, **look)
-        plane.plot(*world.target(angles[first]), "o", color=GOAL, ms=8, zorder=5)
-        plane.legend(loc="lower right")
-    plt.close(figure)
+    figure, plane = plt.subplots(figsize=(4.2, 4.2))
+    draw_world(plane, world)
+    for name, some in reversed(list(rollouts.items())):
+        look: Any = {"color": COLOURS[name], "label": name, "ls": LOOKS[name]["ls"]}
+        draw_arm(plane, world, some[first].joints[-1], lw=3, color=COLOURS[name])
+        plane.plot(*some[first].path.T, **look)
+    plane.plot(*world.target(angles[first]), "o", color=GOAL, ms=8, zorder=5)
+    plane.legend(loc="lower right")
     return figure

@@ -11,13 +11,20 @@ from numpy.typing import NDArray
 
 from msc.arm import Arm
 from msc.evaluation import Experiment
-from msc.looks import COLOURS, GOAL, STYLE
-from msc.plots import WEIGHT_LABELS, draw_world
+from msc.looks import COLOURS, GOAL, styled
+from msc.marks import (
+    FLAT,
+    TASK_AXIS,
+    WEIGHT_NAMES,
+    films,
+    mark_world,
+    uprights,
+    world_panel,
+)
+from msc.plots_world import draw_world
 from msc.scrubber import Mark, Panel, Scrubber, choose_ticks
-from msc.workspace import Workspace, chain
 
 FRAME = 3  # time steps from one picture of a film to the next: 20 pictures a second
-FLAT = 0.6  # height over width of the panels beside the arm
 WAYS: dict[str, dict[str, Any]] = {
     "searched": {"colour": COLOURS["searched"], "width": 6.0, "opacity": 0.55},
     "single regression": {"colour": COLOURS["single regression"], "width": 3.0},
@@ -25,9 +32,7 @@ WAYS: dict[str, dict[str, Any]] = {
 }
 
 
-def scrub_execution(
-    experiment: Experiment, *, every: int = 2, first: int | None = None
-) -> Scrubber:
+def scrub_execution(experiment: Experiment, *, every: int = 2) -> Scrubber:
     """Let the reader drag the task and see searched and predicted movements.
 
     Parameters
@@ -36,14 +41,12 @@ def scrub_execution(
         What was trained on what.
     every : int, default=2
         Every how many-th test task is on the slider.
-    first : int, optional
-        The step shown at first; by default the one that the single regression misses
-        most.
 
     Returns
     -------
     Scrubber
         Three panels: the arm, one policy weight over the tasks, the execution errors.
+        At first it shows the task that the single regression misses most.
     """
     shown = slice(None, None, every)
     degrees = experiment.test_table["task_deg"].to_numpy()[shown]
@@ -62,68 +65,46 @@ def scrub_execution(
         name: np.array([100 * rollout.error for rollout in some])
         for name, some in rollouts.items()
     }
-    lengths = experiment.workspace.link_lengths
-    films = {
-        name: chain(np.array([one.joints[::FRAME] for one in some]), lengths)
-        for name, some in rollouts.items()
-    }
+    world = experiment.workspace
+    moving = {name: films(some, world, FRAME) for name, some in rollouts.items()}
     charts = experiment.methods["charts"].predict_chart(experiment.test_tasks[shown])
     captions = [
         f"Task {degrees[k]:g}°, chart {charts[k] + 1}. Ends from the target: "
         + ", ".join(f"{name} {error_cm[name][k]:.2f} cm" for name in WAYS)
         for k in range(len(degrees))
     ]
-    if first is None:
-        first = int(error_cm["single regression"].argmax())
+    first = int(error_cm["single regression"].argmax())
     return Scrubber(
         name="task angle",
         labels=[f"{angle:g} degrees" for angle in degrees],
         captions=captions,
         panels=[
-            _arm_panel(experiment, degrees, films),
+            _arm_panel(experiment, degrees, moving),
             _weight_panel(experiment, degrees, policies),
             _error_panel(degrees, error_cm),
         ],
-        poster=_poster(experiment, degrees[first], films, first),
+        poster=_poster(experiment, degrees[first], moving, first),
         poster_alt=f"The arm at the end of three movements: {captions[first]}",
         first=first,
-        n_times=films["charts"].shape[1],
+        n_times=moving["charts"].shape[1],
         legend={name: str(look["colour"]) for name, look in WAYS.items()},
     )
 
 
-def mark_world(workspace: Workspace) -> list[Mark]:
-    """Show what stands still in a world from above.
-
-    Parameters
-    ----------
-    workspace : Workspace
-        The world.
-
-    Returns
-    -------
-    list of Mark
-        The circle of goals, and the obstacles.
-    """
-    circle = Mark("ring", [[0, 0]], radius=workspace.goal_radius, colour=GOAL)
-    obstacles = (Mark("disc", [[x, y]], radius=r) for x, y, r in workspace.circles)
-    return [circle, *obstacles]
-
-
 def _arm_panel(
-    experiment: Experiment, degrees: NDArray[Any], films: dict[str, NDArray[Any]]
+    experiment: Experiment, degrees: NDArray[Any], moving: dict[str, NDArray[Any]]
 ) -> Panel:
     """Show the world from above, with all arms."""
     world = experiment.workspace
     marks = mark_world(world)
     goals = [[world.target(angle)] for angle in degrees]
     marks.append(Mark("disc", goals, "step", colour=GOAL, radius=0.025))
-    for name, film in films.items():
+    for name, film in moving.items():
         look = WAYS[name]
         trail = {"width": 1.2, "opacity": 1.0, "dash": [4, 3]}
         marks.append(Mark("line", film, "time", trail=trail, **look))
     alt = "The arm from above, with the goal circle, the goal, obstacles and movements."
-    return Panel(alt, (-1.0, 1.0), (-1.0, 1.0), marks)
+    return world_panel(alt, marks)
 
 
 def _weight_panel(
@@ -135,7 +116,7 @@ def _weight_panel(
     searched = experiment.policies[:, weight]
     still = Mark("dots", np.c_[grid, searched], colour=COLOURS["searched"], width=1.2)
     marks = [still]
-    marks.append(Mark("upright", _uprights(degrees), "step", width=1.0, opacity=0.5))
+    marks.append(uprights(degrees))
     for name, some in policies.items():
         points = [[[x, y]] for x, y in zip(degrees, some[:, weight], strict=True)]
         marks.append(
@@ -149,20 +130,16 @@ def _weight_panel(
         (float(low - margin), float(high + margin)),
         marks,
         aspect=FLAT,
-        x_label="task angle (degrees)",
-        y_label="policy weight " + WEIGHT_LABELS[weight].strip("$").translate(_PLAIN),
-        x_ticks=(0, 90, 180, 270, 360),
+        **TASK_AXIS,
+        y_label="policy weight " + WEIGHT_NAMES[weight],
         y_ticks=choose_ticks(float(low), float(high)),
     )
-
-
-_PLAIN = str.maketrans({"_": "", "^": ""})
 
 
 def _error_panel(degrees: NDArray[Any], error_cm: dict[str, NDArray[Any]]) -> Panel:
     """Show how far from the target movements end, over the tasks."""
     top = 1.05 * max(error.max() for error in error_cm.values())
-    marks = [Mark("upright", _uprights(degrees), "step", width=1.0, opacity=0.5)]
+    marks = [uprights(degrees)]
     for name in ("single regression", "charts"):
         points = np.c_[degrees, error_cm[name]]
         look = WAYS[name] | {"width": 1.5}
@@ -175,35 +152,28 @@ def _error_panel(degrees: NDArray[Any], error_cm: dict[str, NDArray[Any]]) -> Pa
         (0, float(top)),
         marks,
         aspect=FLAT,
-        x_label="task angle (degrees)",
+        **TASK_AXIS,
         y_label="execution error (cm)",
-        x_ticks=(0, 90, 180, 270, 360),
         y_ticks=choose_ticks(0, float(top)),
     )
 
 
-def _uprights(degrees: NDArray[Any]) -> list[list[list[float]]]:
-    """Place a vertical line at every task."""
-    return [[[float(angle), 0.0]] for angle in degrees]
-
-
+@styled
 def _poster(
-    experiment: Experiment, angle: float, films: dict[str, NDArray[Any]], step: int
+    experiment: Experiment, angle: float, moving: dict[str, NDArray[Any]], step: int
 ) -> Figure:
     """Draw one step as a picture."""
-    with plt.rc_context(STYLE):
-        figure, axis = plt.subplots(figsize=(4.2, 4.2))
-        draw_world(axis, experiment.workspace)
-        axis.plot(*experiment.workspace.target(angle), "o", color="red", ms=8)
-        for name, film in films.items():
-            axis.plot(*film[step, :, -1].T, ls="--", lw=1, color=WAYS[name]["colour"])
-            axis.plot(
-                *film[step, -1].T,
-                lw=WAYS[name]["width"],
-                color=WAYS[name]["colour"],
-                alpha=WAYS[name].get("opacity", 1.0),
-                label=name,
-            )
-        axis.legend()
-    plt.close(figure)
+    figure, axis = plt.subplots(figsize=(4.2, 4.2))
+    draw_world(axis, experiment.workspace)
+    axis.plot(*experiment.workspace.target(angle), "o", color="red", ms=8)
+    for name, film in moving.items():
+        axis.plot(*film[step, :, -1].T, ls="--", lw=1, color=WAYS[name]["colour"])
+        axis.plot(
+            *film[step, -1].T,
+            lw=WAYS[name]["width"],
+            color=WAYS[name]["colour"],
+            alpha=WAYS[name].get("opacity", 1.0),
+            label=name,
+        )
+    axis.legend()
     return figure

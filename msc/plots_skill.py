@@ -14,13 +14,14 @@ from matplotlib.patches import ConnectionPatch
 from numpy.typing import ArrayLike, NDArray
 
 from msc.arm import Rollout
-from msc.looks import CHART_COLOURS, CHART_MARKERS, COLOURS, GOAL, SMALL, STYLE
-from msc.plots import WEIGHT_LABELS, draw_arm
+from msc.looks import COLOURS, GOAL, SMALL, chart_colour, chart_marker, styled
 from msc.plots_curves import DENSE, draw_charts
+from msc.plots_world import WEIGHT_LABELS, draw_arm
 from msc.skill import ParameterizedSkill
 from msc.workspace import Workspace
 
 
+@styled
 def plot_composition(
     skill: ParameterizedSkill,
     tasks: ArrayLike,
@@ -60,43 +61,41 @@ def plot_composition(
     new = np.deg2rad([[task_deg]])
     chart = int(skill.predict_chart(new)[0])
     mean, std = skill.predict(new, return_std=True)
-    colour = CHART_COLOURS[chart % 6]
-    with plt.rc_context(STYLE):
-        figure = plt.figure(figsize=(7.4, 6.4))
-        grid = figure.add_gridspec(
-            3, 2, width_ratios=(1, 1.35), height_ratios=(0.28, 1.35, 1.5)
-        )
-        task = figure.add_subplot(grid[:2, 0])
-        gate = figure.add_subplot(grid[0, 1])
-        curve = figure.add_subplot(grid[1, 1], sharex=gate)
-        bars = figure.add_subplot(grid[2, 1])
-        plane = figure.add_subplot(grid[2, 0])
-        goal = world.target(task_deg)
-        _draw_goals(task, skill, tasks, world)
-        task.plot(*goal, "*", color=GOAL, ms=13, mec="white", zorder=6)
-        task.set_title("1  a task, never searched", loc="left")
-        _draw_gate(gate, skill)
-        gate.axvline(task_deg, color=GOAL, lw=1.5)
-        gate.set_title(f"2  the gate: chart {chart + 1}", loc="left")
-        draw_charts(curve, skill, tasks, policies, weight=weight, only=chart)
-        curve.axvline(task_deg, color=GOAL, lw=1.5)
-        curve.plot(task_deg, mean[0, weight], "*", color=GOAL, ms=13, mec="white")
-        curve.set_title("3  that chart's regressions, one a weight", loc="left")
-        curve.set(xlabel="task angle (degrees)", xticks=range(0, 361, 60))
-        curve.set_ylabel(f"weight {WEIGHT_LABELS[weight]}")
-        look: Any = {"color": colour, "ecolor": "0.2", "capsize": 4}
-        bars.bar(range(len(mean[0])), mean[0], yerr=2 * std[0], **look)
-        bars.set_axisbelow(True)
-        bars.axhline(0, color="0.3", lw=0.8)
-        bars.set_xticks(range(len(mean[0])), WEIGHT_LABELS)
-        bars.set_title("4  the policy: six weights", loc="left")
-        _draw_movement(plane, world, rollout, goal)
-        plane.set_title(f"5  it ends {100 * rollout.error:.1f} cm off", loc="left")
-        _join(figure, task, goal, gate, (task_deg, 0.5))
-        predicted = mean[0, weight]
-        _join(figure, curve, (task_deg, predicted), bars, (weight, predicted))
-        _join(figure, bars, (-0.6, 0.0), plane, goal)
-    plt.close(figure)
+    colour = chart_colour(chart)
+    figure = plt.figure(figsize=(7.4, 6.4))
+    grid = figure.add_gridspec(
+        3, 2, width_ratios=(1, 1.35), height_ratios=(0.28, 1.35, 1.5)
+    )
+    task = figure.add_subplot(grid[:2, 0])
+    gate = figure.add_subplot(grid[0, 1])
+    curve = figure.add_subplot(grid[1, 1], sharex=gate)
+    bars = figure.add_subplot(grid[2, 1])
+    plane = figure.add_subplot(grid[2, 0])
+    goal = world.target(task_deg)
+    _draw_goals(task, skill, tasks, world)
+    task.plot(*goal, "*", color=GOAL, ms=13, mec="white", zorder=6)
+    task.set_title("1  a task, never searched", loc="left")
+    _draw_gate(gate, skill)
+    gate.axvline(task_deg, color=GOAL, lw=1.5)
+    gate.set_title(f"2  the gate: chart {chart + 1}", loc="left")
+    draw_charts(curve, skill, tasks, policies, weight=weight, only=chart)
+    curve.axvline(task_deg, color=GOAL, lw=1.5)
+    curve.plot(task_deg, mean[0, weight], "*", color=GOAL, ms=13, mec="white")
+    curve.set_title("3  that chart's regressions, one a weight", loc="left")
+    curve.set(xlabel="task angle (degrees)", xticks=range(0, 361, 60))
+    curve.set_ylabel(f"weight {WEIGHT_LABELS[weight]}")
+    look: Any = {"color": colour, "ecolor": "0.2", "capsize": 4}
+    bars.bar(range(len(mean[0])), mean[0], yerr=2 * std[0], **look)
+    bars.set_axisbelow(True)
+    bars.axhline(0, color="0.3", lw=0.8)
+    bars.set_xticks(range(len(mean[0])), WEIGHT_LABELS)
+    bars.set_title("4  the policy: six weights", loc="left")
+    _draw_movement(plane, world, rollout, goal)
+    plane.set_title(f"5  it ends {100 * rollout.error:.1f} cm off", loc="left")
+    _join(figure, task, goal, gate, (task_deg, 0.5))
+    predicted = mean[0, weight]
+    _join(figure, curve, (task_deg, predicted), bars, (weight, predicted))
+    _join(figure, bars, (-0.6, 0.0), plane, goal)
     return figure
 
 
@@ -108,8 +107,8 @@ def _draw_goals(
     draw_arm(axis, world, world.home, alpha=0.5)
     for chart in range(skill.n_charts_):
         goals = world.target(np.rad2deg(tasks[skill.charts_ == chart, 0]))
-        look: Any = {"color": CHART_COLOURS[chart % 6], "ms": 6, "mec": "white"}
-        marker, label = CHART_MARKERS[chart % 6], f"chart {chart + 1}"
+        look: Any = {"color": chart_colour(chart), "ms": 6, "mec": "white"}
+        marker, label = chart_marker(chart), f"chart {chart + 1}"
         axis.plot(*goals.T, marker, ls="", label=label, zorder=4, **look)
     axis.legend(loc="lower right", ncols=2, columnspacing=0.8, handletextpad=0.1)
 
@@ -120,7 +119,7 @@ def _draw_gate(axis: Axes, skill: ParameterizedSkill) -> None:
     ends = np.flatnonzero(np.diff(gate, prepend=-1, append=-1))
     for start, stop in pairwise(ends):
         chart, step = gate[start], 360 / len(gate)
-        axis.axvspan(start * step, stop * step, color=CHART_COLOURS[chart % 6], lw=0)
+        axis.axvspan(start * step, stop * step, color=chart_colour(chart), lw=0)
         if stop - start > 20:
             middle, text = (start + stop) / 2 * step, f"{chart + 1}"
             look: Any = {"ha": "center", "va": "center", "fontweight": "bold"}

@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 from numpy.typing import NDArray
 
-from msc.looks import COLOURS, COUNTS, LOOKS, SMALL, STYLE
+from msc.looks import COLOURS, COUNTS, LOOKS, SMALL, styled
 from msc.study_tables import SIGNS, WORLDS, compare_cells
 
 if TYPE_CHECKING:
@@ -22,6 +22,7 @@ Study = dict[str, Any]
 PAPER = ("charts", "CrKr", "single regression")  # the methods of the paper's Figure 8
 
 
+@styled
 def plot_sample_sizes(
     *studies: Study,
     measures: Sequence[str] = ("mse, gate learned",),
@@ -53,19 +54,17 @@ def plot_sample_sizes(
     Figure
         The drawing; bands are 95 % intervals.
     """
-    with plt.rc_context(STYLE):
-        figure, axes = _panels(studies, labels or measures, 3.0 * len(measures) + 0.6)
-        for column, study in zip(axes.T, studies, strict=True):
-            cells = [cell for cell in study["cells"] if cell["design"] == design]
-            for axis, measure in zip(column, measures, strict=True):
-                for method in methods:
-                    _draw_line(axis, cells, measure, method)
-                axis.set(xscale="log", yscale="log")
-                if verdicts:
-                    _draw_verdicts(axis, study, design, measure, methods[1:])
-            _name_sizes(column[-1], [cell["n_samples"] for cell in cells])
-        axes[0, -1].legend()
-    plt.close(figure)
+    figure, axes = _panels(studies, labels or measures, 3.0 * len(measures) + 0.6)
+    for column, study in zip(axes.T, studies, strict=True):
+        cells = [cell for cell in study["cells"] if cell["design"] == design]
+        for axis, measure in zip(column, measures, strict=True):
+            for method in methods:
+                _draw_line(axis, cells, measure, method)
+            axis.set(xscale="log", yscale="log")
+            if verdicts:
+                _draw_verdicts(axis, study, design, measure, methods[1:])
+        _name_sizes(column[-1], [cell["n_samples"] for cell in cells])
+    axes[0, -1].legend()
     return figure
 
 
@@ -127,6 +126,7 @@ def _name_sizes(axis: Axes, sizes: Sequence[int]) -> None:
     axis.set_xticks(sizes, [str(size) for size in sizes], fontsize=SMALL)
 
 
+@styled
 def plot_sweep(*studies: Study, measures: Sequence[str]) -> Figure:
     """Draw the charts' errors over the number of charts.
 
@@ -142,22 +142,20 @@ def plot_sweep(*studies: Study, measures: Sequence[str]) -> Figure:
     Figure
         The drawing; one line a number of training tasks, bands are 95 % intervals.
     """
-    with plt.rc_context(STYLE):
-        figure, axes = _panels(studies, measures, 2.6 * len(measures))
-        for column, study in zip(axes.T, studies, strict=True):
-            sweep = pd.DataFrame(study["sweep"])
-            for axis, measure in zip(column, measures, strict=True):
-                for (n_samples, cells), look in zip(
-                    sweep.groupby("n_samples"), COUNTS, strict=False
-                ):
-                    found = pd.DataFrame(
-                        [cell[measure]["charts"] for cell in cells["measures"]]
-                    )
-                    _draw_band(axis, cells["n_charts"], found, str(n_samples), look)
-                axis.set_yscale("log")
-            column[-1].set(xlabel="charts", xticks=sweep["n_charts"].unique())
-        axes[0, -1].legend(title="training tasks")
-    plt.close(figure)
+    figure, axes = _panels(studies, measures, 2.6 * len(measures))
+    for column, study in zip(axes.T, studies, strict=True):
+        sweep = pd.DataFrame(study["sweep"])
+        for axis, measure in zip(column, measures, strict=True):
+            for (n_samples, cells), look in zip(
+                sweep.groupby("n_samples"), COUNTS, strict=False
+            ):
+                found = pd.DataFrame(
+                    [cell[measure]["charts"] for cell in cells["measures"]]
+                )
+                _draw_band(axis, cells["n_charts"], found, str(n_samples), look)
+            axis.set_yscale("log")
+        column[-1].set(xlabel="charts", xticks=sweep["n_charts"].unique())
+    axes[0, -1].legend(title="training tasks")
     return figure
 
 

@@ -11,12 +11,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from msc.arm import Arm, Rollout
 from msc.dmp import check_policies
-from msc.looks import GOAL, STYLE, TRIO
-from msc.plots import draw_arm, draw_world
-from msc.plots_scrubber import FRAME, mark_world
+from msc.looks import GOAL, TRIO, styled
+from msc.marks import films, mark_world, world_panel
+from msc.plots_scrubber import FRAME
+from msc.plots_world import draw_arm, draw_world
 from msc.scrubber import Mark, Panel, Scrubber
 from msc.search import cost
-from msc.workspace import chain
 
 
 def scrub_weight(
@@ -60,24 +60,24 @@ def scrub_weight(
         f"{100 * rollout.error:.1f} cm from the goal, cost {costs[k]:.3f}."
         for k, (change, rollout) in enumerate(zip(added, rollouts, strict=True))
     ]
-    films = [chain(one.joints[::FRAME], arm.workspace.link_lengths) for one in rollouts]
+    moving = films(rollouts, arm.workspace, FRAME)
     return Scrubber(
         name=f"change of w{number}{axis}",
         labels=[f"{change:+.3g}" for change in added],
         captions=captions,
         panels=[
-            _arm_panel(arm, task_deg, films),
+            _arm_panel(arm, task_deg, moving),
             _force_panel(arm, policies, weight),
             _cost_panel(added, costs),
         ],
         poster=_poster(arm, task_deg, rollouts, first),
         poster_alt="The way of the end effector, bent by one weight changed in steps.",
         first=first,
-        n_times=len(films[0]),
+        n_times=moving.shape[1],
     )
 
 
-def _arm_panel(arm: Arm, task_deg: float, films: list[NDArray[np.float64]]) -> Panel:
+def _arm_panel(arm: Arm, task_deg: float, moving: NDArray[np.float64]) -> Panel:
     """Show the arm from above, and the way of its end effector."""
     world = arm.workspace
     marks = mark_world(world)
@@ -85,9 +85,9 @@ def _arm_panel(arm: Arm, task_deg: float, films: list[NDArray[np.float64]]) -> P
     marks.append(Mark("disc", goal, colour=GOAL, radius=0.025))
     trail: dict[str, Any] = {"width": 2.0, "opacity": 1.0}
     look: dict[str, Any] = {"colour": TRIO[0], "width": 4.0, "opacity": 0.5}
-    marks.append(Mark("line", films, "time", trail=trail, **look))
+    marks.append(Mark("line", moving, "time", trail=trail, **look))
     alt = "The arm from above, with the goal and the way of its end effector."
-    return Panel(alt, (-1.0, 1.0), (-1.0, 1.0), marks)
+    return world_panel(alt, marks)
 
 
 def _force_panel(arm: Arm, policies: NDArray[np.float64], weight: int) -> Panel:
@@ -134,16 +134,15 @@ def _cost_panel(added: NDArray[np.float64], costs: NDArray[np.float64]) -> Panel
     )
 
 
+@styled
 def _poster(arm: Arm, task_deg: float, rollouts: list[Rollout], first: int) -> Figure:
     """Draw all ways in one picture, and the pose at the end of one."""
     world = arm.workspace
-    with plt.rc_context(STYLE):
-        figure, axis = plt.subplots(figsize=(4.2, 4.2))
-        draw_world(axis, world)
-        for rollout in rollouts[:: max(1, len(rollouts) // 9)]:
-            axis.plot(*rollout.path.T, color="0.75", lw=1)
-        axis.plot(*rollouts[first].path.T, color=TRIO[0], lw=2.5)
-        draw_arm(axis, world, rollouts[first].joints[-1], alpha=0.5)
-        axis.plot(*world.target(task_deg), "o", color=GOAL, ms=8, zorder=5)
-    plt.close(figure)
+    figure, axis = plt.subplots(figsize=(4.2, 4.2))
+    draw_world(axis, world)
+    for rollout in rollouts[:: max(1, len(rollouts) // 9)]:
+        axis.plot(*rollout.path.T, color="0.75", lw=1)
+    axis.plot(*rollouts[first].path.T, color=TRIO[0], lw=2.5)
+    draw_arm(axis, world, rollouts[first].joints[-1], alpha=0.5)
+    axis.plot(*world.target(task_deg), "o", color=GOAL, ms=8, zorder=5)
     return figure

@@ -61,7 +61,7 @@ def provenance_html(chapter: Chapter, picture: Picture | None = None) -> str:
     """
     name, record = chapter.name, chapter.record
     given = chapter.parameters
-    declared = nb.declared_values(chapter.notebook)
+    declared = {k: one.default for k, one in nb.parameters(chapter.notebook).items()}
     settings = ", ".join(
         _code(f"{key} = {value}")
         for key, value in (declared | {k: repr(v) for k, v in given.items()}).items()
@@ -119,11 +119,11 @@ def remake_command(chapter: Chapter) -> str:
     str
         A command line; it names only parameters that differ from the declared ones.
     """
-    declared = nb.declared_values(chapter.notebook)
+    declared = nb.parameters(chapter.notebook)
     options = "".join(
         f" -p {name} {value}"
         for name, value in chapter.parameters.items()
-        if declared.get(name) != repr(value)
+        if name not in declared or declared[name].default != repr(value)
     )
     return f"msc run book/{chapter.name}.ipynb{options} --out {chapter.name}.ipynb"
 

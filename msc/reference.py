@@ -7,13 +7,10 @@ Each is made from what it tells of (the chapters, the command line, the tests th
 from __future__ import annotations
 
 import ast
-import io
 import re
 import shutil
-import tokenize
 from collections.abc import Sequence
 from pathlib import Path
-from typing import NamedTuple
 
 from msc import notebook as nb
 from msc.chapters import BookError, run_tool
@@ -24,14 +21,6 @@ TESTS = "tests_sources.md"
 
 # A link to a test: [its words](test_file.test_name).
 _TEST_LINK = re.compile(r"\]\((test_\w+)\.(test_\w+)\)")
-
-
-class Parameter(NamedTuple):
-    """What a chapter's parameters cell assigns, and its comment."""
-
-    name: str
-    default: str
-    meaning: str
 
 
 def write_reference(root: Path, stage: Path, chapters: Sequence[Path]) -> None:
@@ -97,48 +86,6 @@ def mend_backlinks(html: Path) -> None:
         source.write_text(text, encoding="utf-8")
 
 
-def described_parameters(notebook: nb.Notebook) -> list[Parameter]:
-    r"""Return what a chapter's parameters cell assigns.
-
-    Parameters
-    ----------
-    notebook : dict
-        The chapter.
-
-    Returns
-    -------
-    list of Parameter
-        In the order of the cell: name, default as Python writes it, and the comment on
-        the assignment's last line, empty if there is none.
-
-    Examples
-    --------
-    >>> code = "n_samples = 24  # training tasks\nseed: int = 0"
-    >>> cell = {"source": code, "metadata": {"tags": ["parameters"]}}
-    >>> [tuple(found) for found in described_parameters({"cells": [cell]})]
-    [('n_samples', '24', 'training tasks'), ('seed', '0', '')]
-    """
-    found = []
-    for cell in notebook["cells"]:
-        if "parameters" not in nb.tags(cell):
-            continue
-        code = nb.source(cell)
-        comments = {
-            token.start[0]: token.string.lstrip("# ").strip()
-            for token in tokenize.generate_tokens(io.StringIO(code).readline)
-            if token.type == tokenize.COMMENT
-        }
-        for node in ast.parse(code).body:
-            if isinstance(node, ast.Assign | ast.AnnAssign) and node.value:
-                target = (
-                    node.targets[0] if isinstance(node, ast.Assign) else node.target
-                )
-                meaning = comments.get(node.end_lineno or 0, "")
-                default = ast.unparse(node.value)
-                found.append(Parameter(ast.unparse(target), default, meaning))
-    return found
-
-
 def parameters_markdown(chapters: Sequence[Path]) -> str:
     """Write a table of parameters for each chapter that has some.
 
@@ -156,14 +103,14 @@ def parameters_markdown(chapters: Sequence[Path]) -> str:
     sections, others = [], []
     for path in chapters:
         notebook = nb.read_notebook(path)
-        parameters = described_parameters(notebook)
-        link = f"[{_title(notebook) or path.stem}]({path.stem})"
+        parameters = nb.parameters(notebook)
+        link = f"[{nb.title(notebook) or path.stem}]({path.stem})"
         if not parameters:
             others.append(link)
             continue
         rows = [
             f"| `{name}` | `{default}` | {meaning or '–'} |"
-            for name, default, meaning in parameters
+            for name, (default, meaning) in parameters.items()
         ]
         head = f"## {link}\n\n`book/{path.name}`\n"
         table = ["| parameter | default | meaning |", "|---|---|---|", *rows]
@@ -275,11 +222,3 @@ def _source(path: Path, name: str) -> str:
     raise ValueError(
         f"equations.md names {path.stem}.{name}, but tests/{path.name} has no such test"
     )
-
-
-def _title(notebook: nb.Notebook) -> str:
-    """Return a chapter's first heading, without its number's markup."""
-    for cell in notebook["cells"]:
-        if heading := re.search(r"^# (.+)$", nb.source(cell), re.MULTILINE):
-            return heading[1].strip() if cell["cell_type"] == "markdown" else ""
-    return ""

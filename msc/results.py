@@ -8,14 +8,14 @@ from typing import Any
 
 import pandas as pd
 
-from msc.tables import checksum, find_data
+from msc.files import checksum, find_data
 
 # What makes the files whose names begin so.
 _COMMANDS = {
     "study": "msc evaluate --profile full",
     "elbow": "msc evaluate --profile full",
     "audit": "msc audit data/{world}.csv --out data/results/audit_{world}.json",
-    "claims": "msc claims --out data/results/claims.json",
+    "claims": "msc claims --out data/results/claims.json --readme README.md",
     "results": "make bench",
 }
 
@@ -31,7 +31,7 @@ def load_results(*names: str) -> list[dict[str, Any]]:
     Returns
     -------
     list of dict
-        Their contents, see `msc.study`, `msc.elbows` and `msc.audit`.
+        Their contents, see `msc.study`, `msc.elbow_parts` and `msc.audit`.
 
     Raises
     ------
@@ -83,7 +83,7 @@ def read_result(path: Path, data: Path) -> Any:
     return found
 
 
-def provenance(command: str, *tables: Path) -> dict[str, Any]:
+def describe_origin(command: str, *tables: Path) -> dict[str, Any]:
     """Say what made a result, for its file.
 
     Parameters

@@ -96,3 +96,41 @@ def task_density(tasks: ArrayLike) -> NDArray[np.float64]:
     array([9.])
     """
     return np.asarray((1 + 0.8 * np.cos(np.asarray(tasks) - np.pi)) / (2 * np.pi))
+
+
+def take_evenly(tasks: ArrayLike, n_samples: int) -> Indices:
+    """Pick tasks evenly spaced over the circle, each the nearest there is.
+
+    Parameters
+    ----------
+    tasks : array_like of shape (n_tasks, 1) or (n_tasks,)
+        Ascending task angles in [0, 2π) (rad).
+    n_samples : int
+        How many to pick.
+
+    Returns
+    -------
+    ndarray of shape (n_samples,)
+        Their indices, ascending.
+
+    Raises
+    ------
+    ValueError
+        If a task would be picked twice, or fewer than two are asked for.
+
+    Examples
+    --------
+    >>> take_evenly(np.linspace(0, 2 * np.pi, 12, endpoint=False), 4)
+    array([0, 3, 6, 9])
+    """
+    angles = np.asarray(tasks, dtype=float).reshape(-1)
+    if not isinstance(n_samples, int | np.integer) or n_samples < 2:
+        raise ValueError(f"n_samples={n_samples!r}; wanted a whole number from 2 on")
+    wanted = angles[0] + 2 * np.pi * np.arange(n_samples) / n_samples
+    chosen = np.abs(angles - wanted[:, None]).argmin(axis=1)
+    if len(np.unique(chosen)) < n_samples:
+        raise ValueError(
+            f"n_samples={n_samples} takes some of the {len(angles)} tasks twice; "
+            f"wanted at most {len(angles)}"
+        )
+    return np.asarray(chosen)

@@ -8,8 +8,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 from PIL import Image
 
+from msc.geometry import LINK_RADIUS, chain
 from msc.rays import Canvas
-from msc.workspace import LINK_RADIUS, Workspace, chain
+from msc.workspace import Workspace
 
 STEEL, BLUE = (0.55, 0.58, 0.63), (0.0, 0.40, 0.72)
 RED, BLACK = (0.85, 0.06, 0.06), (0.08, 0.08, 0.09)

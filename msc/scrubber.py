@@ -281,14 +281,4 @@ def _encode(mark: Mark, scale: float) -> dict[str, Any]:
         points = [flat(one) for one in points]
     else:
         points = [[flat(one) for one in film] for film in points]
-    return {
-        "kind": mark.kind,
-        "points": points,
-        "varies": mark.varies,
-        "colour": mark.colour,
-        "width": mark.width,
-        "radius": mark.radius,
-        "opacity": mark.opacity,
-        "dash": mark.dash,
-        "trail": mark.trail,
-    }
+    return vars(mark) | {"points": points}

@@ -198,16 +198,13 @@ def elbow(curve: Array) -> int:
     return int(np.argmax(chord - curve)) + 1
 
 
-def knee(curve: ArrayLike, sensitivity: float = 1.0) -> int:
+def knee(curve: ArrayLike) -> int:
     """Find the first knee of a falling curve that stands out.
 
     Parameters
     ----------
     curve : array-like of shape (n_counts,)
         A value for each count 1, 2, …
-    sensitivity : float, default=1.0
-        By how many mean steps along the first axis the curve must come back towards its
-        chord behind a knee.
 
     Returns
     -------
@@ -217,8 +214,8 @@ def knee(curve: ArrayLike, sensitivity: float = 1.0) -> int:
     Notes
     -----
     Both axes are scaled to [0, 1]. A knee is a local maximum of the distance below the
-    chord, if that falls by more than the sensitivity before it rises again [1]_.
-    `elbow` takes the greatest instead of the first.
+    chord, if that falls by more than one step along the first axis (a sensitivity of 1)
+    before it rises again [1]_. `elbow` takes the greatest instead of the first.
 
     References
     ----------
@@ -240,7 +237,7 @@ def knee(curve: ArrayLike, sensitivity: float = 1.0) -> int:
     place, threshold = 0, -np.inf
     for i in range(1, len(below) - 1):
         if below[i] >= max(below[i - 1], below[i + 1]) and below[i] > 0:
-            place, threshold = i, below[i] - sensitivity / (len(below) - 1)
+            place, threshold = i, below[i] - 1 / (len(below) - 1)
         elif below[i] <= min(below[i - 1], below[i + 1]):
             threshold = -np.inf
         if below[i + 1] < threshold:

@@ -49,15 +49,16 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from msc.cells import Errors, measure, summarise_trials
-from msc.elbows import measure_elbows
+from msc.cells import Errors, measure_errors, summarise_trials
+from msc.elbow_parts import measure_elbows
+from msc.files import find_data
 from msc.gates import average_gates, compare_gates
 from msc.parallel import call_in_order
-from msc.plan import N_CHARTS, PROFILES, Profile, list_groups
-from msc.results import provenance
+from msc.profiles import N_CHARTS, PROFILES, Profile, list_groups
+from msc.results import describe_origin
 from msc.sampling import draw_samples, task_density
 from msc.smce import SMCE
-from msc.tables import find_data, load_dataset
+from msc.tables import load_dataset
 from msc.trial import Trial
 
 WORLDS = ("free", "obstacles")
@@ -79,7 +80,7 @@ def run_study(
     name : {"free", "obstacles"}
         The workspace and its data.
     profile : {"quick", "full"}, default="quick"
-        How much to do, see `msc.plan`.
+        How much to do, see `msc.profiles`.
     seed : int, default=0
         Seed of the training sets, the clustering and the resampling.
     jobs : int, default=1
@@ -144,7 +145,7 @@ def run_elbows(
     name : {"free", "obstacles"}
         The workspace and its data.
     profile : {"quick", "full"}, default="quick"
-        How much to do, see `msc.plan`.
+        How much to do, see `msc.profiles`.
     seed : int, default=0
         Seed of the resamplings.
     jobs : int, default=1
@@ -155,8 +156,9 @@ def run_elbows(
     Returns
     -------
     dict
-        What `msc.elbows.measure_elbows` found, what it rests on, and under ``"gates"``
-        what `msc.gates.average_gates` gave, on the evenly spaced sets of the sweep.
+        What `msc.elbow_parts.measure_elbows` found, what it rests on, and under
+        ``"gates"`` what `msc.gates.average_gates` gave, on the evenly spaced sets of
+        the sweep.
 
     Raises
     ------
@@ -240,7 +242,9 @@ def _try(
     seed: int,
 ) -> Errors:
     """Fit and test on one training set, in a worker."""
-    return measure(Trial(name, chosen, n_charts=n_charts, names=names, seed=seed))
+    return measure_errors(
+        Trial(name, chosen, n_charts=n_charts, names=names, seed=seed)
+    )
 
 
 def _head(name: str, profile: str, seed: int, **more: Any) -> dict[str, Any]:
@@ -248,6 +252,6 @@ def _head(name: str, profile: str, seed: int, **more: Any) -> dict[str, Any]:
     tables = (find_data() / f"{table}.csv" for table in (name, f"{name}_test"))
     command = f"msc evaluate --profile {profile} --seed {seed}"
     versions = {package: metadata.version(package) for package in _PACKAGES}
-    rests_on = {**provenance(command, *tables), "versions": versions}
+    rests_on = {**describe_origin(command, *tables), "versions": versions}
     head = {"workspace": name, "profile": profile, "seed": seed, **more}
     return {**head, "provenance": rests_on}

@@ -133,25 +133,24 @@ def sets_table(
     return table
 
 
-def gate_shares(*studies: dict[str, Any], design: str = "even") -> pd.DataFrame:
+def gate_shares(*studies: dict[str, Any]) -> pd.DataFrame:
     """Split the charts' squared error into the regression's part and the gate's.
 
     Parameters
     ----------
     *studies : dict
         Results of studies.
-    design : {"even", "uniform", "nonuniform"}, default="even"
-        How training tasks were drawn.
 
     Returns
     -------
     DataFrame
-        One row a number of training tasks. For each world the mean squared error with
-        the chart known, and what the learned gate adds to it, in percent of the whole.
+        One row a number of training tasks, evenly spaced. For each world the mean
+        squared error with the chart known, and what the learned gate adds to it, in
+        percent of the whole.
     """
     columns = {}
     for study in studies:
-        cells = [cell for cell in study["cells"] if cell["design"] == design]
+        cells = [cell for cell in study["cells"] if cell["design"] == "even"]
         sizes = [cell["n_samples"] for cell in cells]
         known, learned = (
             pd.Series(

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from dataclasses import replace
 from itertools import count
 from typing import Any
@@ -13,8 +12,10 @@ from joblib import Parallel, delayed
 from numpy.typing import NDArray
 from tqdm import tqdm
 
+from msc.cmaes import Costs, Start, minimise
 from msc.dataset import grid
 from msc.dmp import DMP
+from msc.geometry import chain, clearance
 from msc.jumps import find_jumps
 from msc.kinematics import follow_path
 from msc.search import (
@@ -22,16 +23,13 @@ from msc.search import (
     ERROR_WEIGHT,
     FIRST_STEP,
     SMALL_STEP,
-    Start,
     free_shape,
-    minimise,
     random_start,
     search_policy,
 )
-from msc.workspace import Workspace, chain, clearance, random_circles
+from msc.workspace import Workspace, random_circles
 
-Costs = Callable[[NDArray[np.float64]], list[float]]
-
+N_TASKS = 72  # on the circle, of every layout
 KNOT = 1 / 60  # s; step of the plans looked at
 DEPTH_WEIGHT = 100.0  # 1/(m s); a centimetre deep for a tenth of a second costs 0.1
 MAX_DEPTH = 0.002  # m; an arm that has to enter an obstacle deeper cannot reach
@@ -40,9 +38,7 @@ MAX_DISTANCE = 0.01  # m; farther from its target a task counts as unreachable
 MIN_JUMPS = 3  # the premise of the paper's Experiment 2
 
 
-def locate_cut(
-    *, seed: int = 0, jobs: int = 1, step_deg: float = 5.0
-) -> dict[str, Any]:
+def locate_cut(*, seed: int = 0, jobs: int = 1) -> dict[str, Any]:
     """Find where reaching round either side of the base costs the same.
 
     The free circle is walked from both sides, each search starting from the policy
@@ -55,8 +51,6 @@ def locate_cut(
         Seed of the searches.
     jobs : int, default=1
         Worker processes, of which two are of use.
-    step_deg : float, default=5.0
-        Step of the walks (degrees).
 
     Returns
     -------
@@ -66,7 +60,7 @@ def locate_cut(
         task of a one-degree grid lies at the tie.
     """
     middle = 45.0  # opposite the end effector's home; the tie is near
-    angles = middle + step_deg * np.arange(-12, 13)
+    angles = middle + 5.0 * np.arange(-12, 13)
     walks = [angles, angles[::-1]]
     below, above = Parallel(n_jobs=min(jobs, 2))(
         delayed(_walk)(walk.tolist(), seed) for walk in walks
@@ -83,9 +77,7 @@ def locate_cut(
     }
 
 
-def choose_layout(
-    *, seed: int = 0, jobs: int = 1, n_tasks: int = 72, first: int = 0
-) -> dict[str, Any]:
+def choose_layout(*, seed: int = 0, jobs: int = 1) -> dict[str, Any]:
     """Find the first layout of obstacles that fulfils the premise of Experiment 2.
 
     Layouts 0, 1, 2, … are searched until one is found whose tasks are all reachable
@@ -99,10 +91,6 @@ def choose_layout(
         Seed of the searches.
     jobs : int, default=1
         Worker processes; layouts are looked at that many at a time.
-    n_tasks : int, default=72
-        Tasks on the circle.
-    first : int, default=0
-        The layout to begin with.
 
     Returns
     -------
@@ -110,17 +98,17 @@ def choose_layout(
         The layout chosen, and for each one looked at its jumps and largest distance.
     """
     looked_at: list[dict[str, Any]] = []
-    layouts = count(first)
+    layouts = count()
     with tqdm(desc="layouts", unit="layout") as bar:
         while not any(layout["fit"] for layout in looked_at):
             batch = [next(layouts) for _ in range(jobs)]
             looked_at += Parallel(n_jobs=jobs)(
-                delayed(_look_at)(layout, n_tasks, seed) for layout in batch
+                delayed(_look_at)(layout, N_TASKS, seed) for layout in batch
             )
             bar.update(jobs)
     chosen = next(layout["layout"] for layout in looked_at if layout["fit"])
     kept = [layout for layout in looked_at if layout["layout"] <= chosen]
-    return {"chosen": chosen, "n_tasks": n_tasks, "seed": seed, "layouts": kept}
+    return {"chosen": chosen, "n_tasks": N_TASKS, "seed": seed, "layouts": kept}
 
 
 def _look_at(layout: int, n_tasks: int, seed: int) -> dict[str, Any]:

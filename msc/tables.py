@@ -1,4 +1,4 @@
-"""Tables of searched policies: their columns, reading, writing, checksums.
+"""Tables of searched policies: their columns, reading, writing.
 
 A folder of tables carries a `datapackage.json` (Frictionless Data Package): columns and
 units, the command that made each table, its seed, the package versions and a SHA-256.
@@ -6,11 +6,8 @@ units, the command that made each table, its seed, the package versions and a SH
 
 from __future__ import annotations
 
-import hashlib
 import json
-import os
 import platform
-import tempfile
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -18,6 +15,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
+
+from msc.files import checksum, find_data, replace_file
 
 WEIGHTS = tuple(f"weight_{axis}{number}" for axis in "xy" for number in (1, 2, 3))
 
@@ -113,22 +112,6 @@ def load_dataset(
     return tasks, table[list(WEIGHTS)].to_numpy(), table
 
 
-def find_data() -> Path:
-    """Return the folder of the tables: `data` here or in a folder above, or beside msc.
-
-    Returns
-    -------
-    Path
-        The folder.
-    """
-    here = Path.cwd()
-    folders = [here, *here.parents, Path(__file__).resolve().parent.parent]
-    return next(
-        (f / "data" for f in folders if (f / "data" / "datapackage.json").is_file()),
-        folders[-1] / "data",
-    )
-
-
 def save_table(
     table: pd.DataFrame, path: Path, *, command: str, seed: int, **extra: Any
 ) -> None:
@@ -181,46 +164,6 @@ def save_table(
     }
     package["resources"] = sorted([*others, resource], key=lambda r: str(r["path"]))
     replace_file(package_file, json.dumps(package, indent=2, ensure_ascii=False) + "\n")
-
-
-def replace_file(path: Path, text: str) -> None:
-    """Write a text file whole or not at all.
-
-    Parameters
-    ----------
-    path : Path
-        Where to; its folder is made if it is missing.
-    text : str
-        The new content.
-    """
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8") as file:
-            file.write(text)
-            file.flush()
-            os.fsync(file.fileno())
-        Path(name).chmod(0o644)
-        Path(name).replace(path)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise
-
-
-def checksum(path: Path) -> str:
-    """Identify the content of a file.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-
-    Returns
-    -------
-    str
-        ``"sha256:"`` and the digest.
-    """
-    return f"sha256:{hashlib.sha256(path.read_bytes()).hexdigest()}"
 
 
 def _verify(path: Path) -> None:

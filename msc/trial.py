@@ -10,10 +10,10 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
-from msc.dataset import take_evenly
 from msc.execution import execute_policies
 from msc.jumps import find_jumps
 from msc.methods import METHODS, fit_methods
+from msc.sampling import take_evenly
 from msc.tables import load_dataset
 from msc.workspace import Workspace
 

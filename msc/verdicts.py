@@ -90,13 +90,8 @@ class Verdict:
         return f"{SYMBOLS[self.verdict]} {self.verdict}"
 
     @property
-    def effect(self) -> Effect | None:
-        """What the paper's own reading measured."""
-        return self.readings[0].effect
-
-    @property
     def measured(self) -> str:
-        """The same in words; of several readings, which it is."""
+        """What the paper's own reading measured; of several readings, which it is."""
         first = self.readings[0]
         name = f"{first.name}: " if len(self.readings) > 1 else ""
         return name + first.measured

@@ -4,15 +4,15 @@ import numpy as np
 import pandas as pd
 import pytest
 
+import msc.cmaes
 import msc.movements
-import msc.search
 from msc import SMCE, Arm, Workspace, load_dataset
 from msc.cost_tables import load_costs
 from msc.evaluation import Experiment
 from msc.generations import record_search
 from msc.looks import LOOKS
 from msc.movements import Movements
-from msc.plots import plot_execution, plot_manifold, plot_workspaces
+from msc.plots import plot_execution, plot_manifold
 from msc.plots_arm import plot_followed, plot_poses, plot_weights
 from msc.plots_audit import plot_curves, plot_quality
 from msc.plots_charts import plot_elbows
@@ -33,6 +33,7 @@ from msc.plots_scrubber import scrub_execution
 from msc.plots_skill import plot_composition
 from msc.plots_study import plot_sample_sizes, plot_sweep
 from msc.plots_weights import scrub_weight
+from msc.plots_world import plot_workspaces
 from msc.results import load_results
 from msc.toys import near_curves
 
@@ -101,7 +102,7 @@ def weights():
 
 def recordings():
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(msc.search, "MAX_EVALUATIONS", 170)
+        patch.setattr(msc.cmaes, "MAX_EVALUATIONS", 170)
         return record_search(Workspace.obstacles(), 120, seed=3, n_starts=2)
 
 

@@ -10,7 +10,8 @@ from msc.arm import N_MOVING, N_STEPS, Arm, Rollout
 from msc.bullet import load_pybullet
 from msc.control import TIME_STEP, Controller
 from msc.dynamics import coupled_inertias, joint_torques
-from msc.workspace import LINK_RADIUS, Circle, Workspace, chain, random_circles
+from msc.geometry import LINK_RADIUS, Circle, chain
+from msc.workspace import Workspace, random_circles
 
 bullet = load_pybullet()
 free = Workspace.free()

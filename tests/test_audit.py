@@ -3,7 +3,8 @@ import pytest
 
 import msc.audit
 import msc.bisection
-from msc.audit import audit_table, list_jumps, summarise
+from msc.audit import audit_table
+from msc.audit_tables import list_jumps, summarise
 from msc.bisection import bisect, bisect_jumps
 from msc.dataset import Plan, grid, search_tasks
 from msc.search import SearchResult
@@ -17,7 +18,7 @@ free = Workspace.free()
 def table(tmp_path_factory):
     """A table of four tasks, searched as little as can be."""
     patch = pytest.MonkeyPatch()
-    patch.setattr("msc.search.MAX_EVALUATIONS", 18)
+    patch.setattr("msc.cmaes.MAX_EVALUATIONS", 18)
     path = tmp_path_factory.mktemp("data") / "free.csv"
     found = search_tasks(Plan(free, grid(4), seed=0, n_starts=1))
     save_table(found, path, command="msc search", seed=0)

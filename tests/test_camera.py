@@ -11,8 +11,9 @@ import msc.camera
 from msc.arm import Rollout
 from msc.camera import film, render, save_film
 from msc.cli import main
+from msc.geometry import chain
 from msc.scene import Scene
-from msc.workspace import Workspace, chain
+from msc.workspace import Workspace
 
 world = Workspace.obstacles()
 target = world.target(200)

@@ -15,8 +15,8 @@ from PIL import Image
 import msc.camera
 import msc.cli
 import msc.cli_search
+import msc.cmaes
 import msc.dataset
-import msc.search
 import msc.survey
 from msc.cli import main
 from msc.journal import Journal
@@ -28,9 +28,9 @@ ZERO = ["--policy", *"000000"]
 # A module whose search, cut short, finds two tasks and then waits for Ctrl-C.
 WAITING = """
 import time
-import msc.dataset, msc.search
+import msc.cmaes, msc.dataset
 
-msc.search.MAX_EVALUATIONS, msc.dataset.MAX_SWEEPS = 9, 1
+msc.cmaes.MAX_EVALUATIONS, msc.dataset.MAX_SWEEPS = 9, 1
 really = msc.dataset._search
 
 def search(plan, k, *arguments):
@@ -46,10 +46,10 @@ WAIT = "import sys, waiting; from msc.cli import main; sys.exit(main())"
 DISK = 6000
 FULL = f"""
 import resource, sys
-import msc.dataset, msc.search
+import msc.cmaes, msc.dataset
 from msc.cli import main
 
-msc.search.MAX_EVALUATIONS, msc.dataset.MAX_SWEEPS = 9, 1
+msc.cmaes.MAX_EVALUATIONS, msc.dataset.MAX_SWEEPS = 9, 1
 resource.setrlimit(resource.RLIMIT_FSIZE, ({DISK}, {DISK}))
 sys.exit(main())
 """
@@ -63,7 +63,7 @@ def here(tmp_path, monkeypatch):
 
 @pytest.fixture
 def short(monkeypatch):
-    monkeypatch.setattr(msc.search, "MAX_EVALUATIONS", 9)
+    monkeypatch.setattr(msc.cmaes, "MAX_EVALUATIONS", 9)
     monkeypatch.setattr(msc.dataset, "MAX_SWEEPS", 1)
 
 

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
+import msc.cmaes
 import msc.dataset
-import msc.search
 from msc.cli import main
 from msc.journal import Journal
 
@@ -20,7 +20,7 @@ SEARCH = ["search", "--workspace", "obstacles", "--tasks", "4", "--jobs", "1"]
 N_WORKERS = 3
 
 # What a worker loads before it starts: short searches, or no msc at all.
-SHORT = "import msc.search\nmsc.search.MAX_EVALUATIONS = 45\n"
+SHORT = "import msc.cmaes\nmsc.cmaes.MAX_EVALUATIONS = 45\n"
 WITHOUT = """
 import sys
 
@@ -36,7 +36,7 @@ sys.meta_path.insert(0, Missing())
 @pytest.fixture(scope="module", autouse=True)
 def short():
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(msc.search, "MAX_EVALUATIONS", 45)
+        patch.setattr(msc.cmaes, "MAX_EVALUATIONS", 45)
         patch.setattr(msc.dataset, "MAX_SWEEPS", 2)
         yield
 
@@ -50,7 +50,7 @@ def here(tmp_path, monkeypatch):
 @contextmanager
 def process(folder, program, *arguments):
     """Run a program of Dask's in the background, its messages in a file."""
-    package = str(Path(msc.search.__file__).parents[1])
+    package = str(Path(msc.cmaes.__file__).parents[1])
     environment = {"PYTHONPATH": package, "OMP_NUM_THREADS": "1"}
     with (folder / f"{program}.log").open("a") as log:
         running = subprocess.Popen(
@@ -124,7 +124,7 @@ def contents(folder):
 
 def test_a_cluster_finds_what_one_process_finds(cluster, whole, here, monkeypatch):
     address, _ = cluster
-    monkeypatch.setattr(msc.search, "MAX_EVALUATIONS", 0)  # nothing is searched here
+    monkeypatch.setattr(msc.cmaes, "MAX_EVALUATIONS", 0)  # nothing is searched here
     assert main([*SEARCH, "--dask", address, "--out", "new/table.csv"]) == 0
     assert contents(here / "new") == whole
 

@@ -12,12 +12,14 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import msc.cmaes
 import msc.dataset
 import msc.search
 from msc.cli import main
-from msc.dataset import Plan, grid, search_tasks, take_evenly
+from msc.cmaes import Start
+from msc.dataset import Plan, grid, search_tasks
 from msc.journal import Journal
-from msc.search import SearchResult, Start
+from msc.search import SearchResult
 from msc.tables import COLUMNS
 from msc.workspace import Workspace
 
@@ -26,9 +28,9 @@ twofold = replace(plan, n_starts=2)
 
 # A module that cuts searches short, in worker processes too.
 BRIEF = """
-import msc.dataset, msc.search
+import msc.cmaes, msc.dataset
 
-msc.search.MAX_EVALUATIONS, msc.dataset.MAX_SWEEPS = 45, 2
+msc.cmaes.MAX_EVALUATIONS, msc.dataset.MAX_SWEEPS = 45, 2
 really = msc.dataset._search
 
 def search(*arguments):
@@ -43,7 +45,7 @@ def in_short(patch):
 
     Of four tasks, two are searched first.
     """
-    patch.setattr(msc.search, "MAX_EVALUATIONS", 9)
+    patch.setattr(msc.cmaes, "MAX_EVALUATIONS", 9)
     patch.setattr(msc.dataset, "MAX_SWEEPS", 1)
     patch.setattr(msc.dataset, "COARSE_DEG", 180.0)
 
@@ -93,27 +95,6 @@ def test_fewer_than_two_tasks_are_refused(n_tasks):
 def test_an_offset_beyond_the_first_step_is_refused(offset):
     with pytest.raises(ValueError, match=r"offset=.* from 0 to below 90"):
         grid(4, offset)
-
-
-@settings(deadline=None)
-@given(st.integers(2, 72))
-def test_samples_are_the_nearest_grid_tasks(n_samples):
-    tasks = np.deg2rad(grid(72))
-    chosen = take_evenly(tasks, n_samples)
-    assert (np.diff(chosen) > 0).all()
-    wanted = 360 * np.arange(n_samples) / n_samples
-    assert abs(np.rad2deg(tasks[chosen]) - wanted).max() <= 2.5 + 1e-9
-
-
-@pytest.mark.parametrize("n_samples", [1, -2, 12.0, "12", None])
-def test_a_number_of_samples_that_is_none_is_refused(n_samples):
-    with pytest.raises(ValueError, match=r"n_samples=.*; wanted a whole number"):
-        take_evenly(np.deg2rad(grid(72)), n_samples)
-
-
-def test_more_samples_than_tasks_are_refused():
-    with pytest.raises(ValueError, match=r"n_samples=73 .* wanted at most 72"):
-        take_evenly(np.deg2rad(grid(72)), 73)
 
 
 # The search of many tasks
@@ -338,7 +319,7 @@ def test_a_search_killed_at_any_moment_goes_on_to_the_same_bytes(
     groups, tmp_path, monkeypatch
 ):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(msc.search, "MAX_EVALUATIONS", 45)
+    monkeypatch.setattr(msc.cmaes, "MAX_EVALUATIONS", 45)
     monkeypatch.setattr(msc.dataset, "MAX_SWEEPS", 2)
     arguments = ["search", "--workspace", "obstacles", "--tasks", "4", "--seed", "3"]
     lines = []

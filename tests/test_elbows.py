@@ -7,14 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from msc.elbows import (
-    FROM_POLICIES,
-    READINGS,
-    choose_reading,
-    measure_elbows,
-    most_picked,
-    read_elbows,
-)
+from msc.elbow_parts import FROM_POLICIES, choose_reading, measure_elbows, most_picked
+from msc.elbows import READINGS, read_elbows
 from msc.smce import SMCE
 from msc.spectral import elbow, knee
 

@@ -3,9 +3,10 @@ import pandas as pd
 import pytest
 
 from msc.arm import Arm
-from msc.evaluation import READINGS, Experiment
+from msc.evaluation import Experiment
 from msc.search import cost
 from msc.tables import COLUMNS, WEIGHTS, save_table
+from msc.trial import READINGS
 
 GRID, TEST = np.arange(0, 360, 15.0), np.array([5.0, 95.0, 170.0, 200.0, 292.0])
 METHODS = ["charts", "single regression", "CrKr", "nearest neighbour"]

@@ -3,13 +3,14 @@
 import numpy as np
 import pytest
 
-import msc.search
+import msc.cmaes
 from msc.arm import Arm
 from msc.generations import record_search
+from msc.geometry import chain
 from msc.plots_generations import plot_generations, square_around
 from msc.plots_generations_scrubber import N_STEPS, scrub_generations
 from msc.search import cost, search_policy
-from msc.workspace import Workspace, chain
+from msc.workspace import Workspace
 
 world = Workspace.obstacles()
 TASK = 120
@@ -18,7 +19,7 @@ TASK = 120
 @pytest.fixture(scope="module", autouse=True)
 def few_evaluations():
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(msc.search, "MAX_EVALUATIONS", 170)  # 19 times nine
+        patch.setattr(msc.cmaes, "MAX_EVALUATIONS", 170)  # 19 times nine
         yield
 
 

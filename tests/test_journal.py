@@ -11,9 +11,10 @@ import numpy as np
 import pytest
 
 import msc.journal
+from msc.cmaes import Start
 from msc.dataset import Plan, grid
 from msc.journal import Journal
-from msc.search import SearchResult, Start
+from msc.search import SearchResult
 from msc.workspace import Workspace
 
 plan = Plan(Workspace.free(), grid(4), seed=0, n_starts=1)

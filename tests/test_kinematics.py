@@ -3,8 +3,9 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
+from msc.geometry import chain
 from msc.kinematics import DAMPING, MAX_JOINT_STEP, follow_path
-from msc.workspace import Workspace, chain
+from msc.workspace import Workspace
 
 HOME, LENGTHS = Workspace.home, Workspace.link_lengths
 

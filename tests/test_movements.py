@@ -3,10 +3,10 @@ import pandas as pd
 import pytest
 
 import msc.movements
+from msc.geometry import chain
 from msc.movements import Movements
 from msc.plots_movements import SIDES, plot_breaks, plot_tasks
 from msc.search import cost
-from msc.workspace import chain
 
 DEGREES = np.arange(0.0, 360.0, 15.0)
 

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from msc import DMP, Arm, ParameterizedSkill, Workspace
+from msc.geometry import chain
 from msc.looks import CHART_COLOURS, COLOURS, GOAL, TRIO
 from msc.plots_arm import plot_followed, plot_weights, poses_at
 from msc.plots_curves import plot_rivals
@@ -14,7 +15,6 @@ from msc.plots_predicted import scrub_predictions
 from msc.plots_skill import plot_composition
 from msc.plots_weights import scrub_weight
 from msc.search import cost
-from msc.workspace import chain
 
 TASK = 60.0
 CHANGES = [-20.0, 0.0, 20.0]

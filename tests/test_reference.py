@@ -11,11 +11,9 @@ import pytest
 
 import msc
 from msc.cli import main
-from msc.notebook import declared_parameters, read_notebook
+from msc.notebook import Parameter, parameters, read_notebook
 from msc.reference import (
-    Parameter,
     commands_markdown,
-    described_parameters,
     mend_backlinks,
     named_tests,
     parameters_markdown,
@@ -135,10 +133,8 @@ def test_the_written_out_signature_is_the_workspace_s():
 
 @pytest.mark.parametrize("path", CHAPTERS, ids=lambda path: path.stem)
 def test_every_parameter_of_a_chapter_has_a_meaning(path):
-    notebook = read_notebook(path)
-    found = described_parameters(notebook)
-    assert {parameter.name for parameter in found} == declared_parameters(notebook)
-    assert [one.name for one in found if not one.meaning] == []
+    found = parameters(read_notebook(path))
+    assert [name for name, one in found.items() if not one.meaning] == []
 
 
 def test_a_parameter_s_meaning_is_its_comment():
@@ -148,11 +144,11 @@ def test_a_parameter_s_meaning_is_its_comment():
         "sizes = (\n    8,  # small\n    24,\n)  # of training sets\n"
         "seed = 0"
     )
-    assert described_parameters(chapter(code)) == [
-        Parameter("design", "'even # odd'", "how sets are drawn"),
-        Parameter("sizes", "(8, 24)", "of training sets"),
-        Parameter("seed", "0", ""),
-    ]
+    assert parameters(chapter(code)) == {
+        "design": Parameter("'even # odd'", "how sets are drawn"),
+        "sizes": Parameter("(8, 24)", "of training sets"),
+        "seed": Parameter("0", ""),
+    }
 
 
 def test_parameters_become_a_table_a_chapter():

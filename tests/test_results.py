@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from msc.results import load_results, provenance
+from msc.results import describe_origin, load_results
 
 
 @pytest.fixture
@@ -14,7 +14,7 @@ def results(tmp_path, monkeypatch):
     (data / "results").mkdir(parents=True)
     (data / "datapackage.json").write_text("{}")
     (data / "free.csv").write_text("1,2\n")
-    found = {"cells": [1], "provenance": provenance("msc …", data / "free.csv")}
+    found = {"cells": [1], "provenance": describe_origin("msc …", data / "free.csv")}
     (data / "results" / "study_free.json").write_text(json.dumps(found))
     monkeypatch.chdir(tmp_path)
     return data

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from msc.sampling import DESIGNS, draw_samples, task_density
+from msc.sampling import DESIGNS, draw_samples, take_evenly, task_density
 
 grid = np.linspace(0, 2 * np.pi, 360, endpoint=False)
 sizes = st.integers(2, 360)
@@ -117,3 +117,23 @@ def test_bad_arguments_are_named(arguments, complaint):
 def test_there_is_at_least_one_set():
     with pytest.raises(ValueError, match="n_draws=0; wanted at least 1"):
         draw_samples("even", grid, 24, n_draws=0)
+
+
+@given(st.integers(2, 72))
+def test_evenly_taken_tasks_are_the_nearest_of_the_grid(n_samples):
+    tasks = grid[::5]
+    chosen = take_evenly(tasks, n_samples)
+    assert (np.diff(chosen) > 0).all()
+    wanted = 360 * np.arange(n_samples) / n_samples
+    assert abs(np.rad2deg(tasks[chosen]) - wanted).max() <= 2.5 + 1e-9
+
+
+@pytest.mark.parametrize("n_samples", [1, -2, 12.0, "12", None])
+def test_a_number_of_samples_that_is_none_is_refused(n_samples):
+    with pytest.raises(ValueError, match=r"n_samples=.*; wanted a whole number"):
+        take_evenly(grid[::5], n_samples)
+
+
+def test_more_samples_than_tasks_are_refused():
+    with pytest.raises(ValueError, match=r"n_samples=73 .* wanted at most 72"):
+        take_evenly(grid[::5], 73)

@@ -2,8 +2,9 @@ import numpy as np
 import pytest
 from scipy.ndimage import label
 
+from msc.geometry import chain
 from msc.scene import Scene
-from msc.workspace import Workspace, chain, random_circles
+from msc.workspace import Workspace, random_circles
 
 SIZE = 180
 free = Workspace.free()

@@ -6,19 +6,20 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import msc.cmaes
 import msc.search
 from msc.arm import Arm, Rollout
+from msc.cmaes import Start, minimise
 from msc.dmp import DMP
+from msc.geometry import chain
 from msc.search import (
     SearchResult,
-    Start,
     cost,
     free_shape,
-    minimise,
     random_start,
     search_policy,
 )
-from msc.workspace import Workspace, chain
+from msc.workspace import Workspace
 
 free = Workspace.free()
 rough = np.array([3.0, -2.0, 1.0, 0.5, 2.0, -1.0])
@@ -26,7 +27,7 @@ rough = np.array([3.0, -2.0, 1.0, 0.5, 2.0, -1.0])
 
 @pytest.fixture(autouse=True)
 def few_evaluations(monkeypatch):
-    monkeypatch.setattr(msc.search, "MAX_EVALUATIONS", 44)  # five times nine
+    monkeypatch.setattr(msc.cmaes, "MAX_EVALUATIONS", 44)  # five times nine
 
 
 def bits(result):
@@ -123,7 +124,7 @@ def test_every_start_is_kept():
 
 
 def test_given_policies_come_first_and_are_searched_around(monkeypatch):
-    monkeypatch.setattr(msc.search, "MAX_EVALUATIONS", 8)
+    monkeypatch.setattr(msc.cmaes, "MAX_EVALUATIONS", 8)
     given = [rough, -rough]
     found = search_policy(free, 90, seed=0, n_starts=2, start_policies=given)
     names = ["given 0", "given 1", "start 0", "start 1"]
@@ -201,7 +202,7 @@ def test_a_run_that_joins_a_joined_run_joins_the_first():
 
 @pytest.mark.parametrize(("share", "joined"), [(0.048, 0), (0.052, -1)])
 def test_near_is_a_twentieth_of_the_known_policy_s_norm(share, joined, monkeypatch):
-    monkeypatch.setattr(msc.search, "MAX_EVALUATIONS", 8)
+    monkeypatch.setattr(msc.cmaes, "MAX_EVALUATIONS", 8)
     assert run((1 + share) * rough, [Start("a", rough, 0.0, 9)]).joined == joined
 
 
@@ -214,7 +215,7 @@ def test_a_near_but_cheaper_run_is_not_stopped():
 def test_a_run_that_looks_farther_in_one_direction_is_not_near(
     share, joined, monkeypatch
 ):
-    monkeypatch.setattr(msc.search, "MAX_EVALUATIONS", 8)
+    monkeypatch.setattr(msc.cmaes, "MAX_EVALUATIONS", 8)
     widths = share * np.linalg.norm(rough) * np.array([1, 0, 0, 0, 0, 0])
     shape = np.diag(widths) + 1e-3 * np.eye(6)
     known = [Start("a", rough, 0.0, 9)]
@@ -224,7 +225,7 @@ def test_a_run_that_looks_farther_in_one_direction_is_not_near(
 
 @pytest.mark.parametrize(("paid", "evaluations"), [(0.49, 27), (0.51, 45)])
 def test_a_run_twice_as_dear_as_a_known_one_is_given_up(paid, evaluations, monkeypatch):
-    monkeypatch.setattr(msc.search, "PATIENCE", 20)
+    monkeypatch.setattr(msc.cmaes, "PATIENCE", 20)
     known = Start("a", 9 * rough, paid, 9), Start("b", -9 * rough, 5.0, 9)
     found = run(rough, known)
     assert found.cost == pytest.approx(1, abs=0.01)

@@ -8,14 +8,15 @@ import pandas as pd
 import pytest
 from joblib.externals.loky import get_reusable_executor
 
-from msc.cells import measure, summarise_trials
+from msc.cells import measure_errors, summarise_trials
 from msc.cli import main
 from msc.comparison import compare
+from msc.files import checksum
 from msc.methods import COMMON, METHODS
-from msc.plan import PROFILES, Profile, list_groups
+from msc.profiles import PROFILES, Profile, list_groups
 from msc.sampling import DESIGNS, draw_samples, task_density
 from msc.study import format_study, run_study
-from msc.tables import COLUMNS, WEIGHTS, checksum, save_table
+from msc.tables import COLUMNS, WEIGHTS, save_table
 from msc.trial import Trial
 
 GRID, TEST = np.arange(0, 360, 15.0), np.array([5.0, 95.0, 170.0, 200.0, 292.0])
@@ -208,7 +209,7 @@ def test_its_ratios_are_those_of_compare(study, trials):
 
 def test_readings_pick_test_tasks(trials):
     trial = trials[0]
-    found = measure(trial)
+    found = measure_errors(trial)
     away = found["mse, away from jumps"].index
     assert away.tolist() == [task for task in TEST if abs(task - 112.5) > 45]
     beside = found["mse, beside jumps"].index

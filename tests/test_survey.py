@@ -3,14 +3,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import msc.search
+import msc.cmaes
 import msc.survey
 from msc.arm import Arm
 from msc.control import TIME_STEP
 from msc.dmp import DMP
+from msc.geometry import Circle, chain, clearance
 from msc.search import SearchResult
 from msc.survey import choose_layout, locate_cut
-from msc.workspace import Circle, Workspace, chain, clearance, random_circles
+from msc.workspace import Workspace, random_circles
 
 
 @pytest.mark.parametrize(("tie", "cut"), [(70.2, 70.5), (70.4, 70.5), (70.6, 71.0)])
@@ -51,7 +52,7 @@ def starcall(calls):
 
 
 def test_a_look_at_a_layout_says_what_it_found(monkeypatch):
-    monkeypatch.setattr(msc.search, "MAX_EVALUATIONS", 9)
+    monkeypatch.setattr(msc.cmaes, "MAX_EVALUATIONS", 9)
     found = msc.survey._look_at(3, n_tasks=6, seed=0)
     assert found == msc.survey._look_at(3, n_tasks=6, seed=0)
     assert found["circles"] == [list(circle) for circle in random_circles(3)]

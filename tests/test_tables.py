@@ -6,8 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import msc.tables
-from msc.tables import COLUMNS, WEIGHTS, find_data, load_dataset, replace_file
+import msc.files
+from msc.files import find_data, replace_file
+from msc.tables import COLUMNS, WEIGHTS, load_dataset
 from msc.tables import save_table as save
 
 
@@ -207,7 +208,7 @@ def test_a_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
     def fail(_):
         raise OSError("disk full")
 
-    monkeypatch.setattr(msc.tables.os, "fsync", fail)
+    monkeypatch.setattr(msc.files.os, "fsync", fail)
     with pytest.raises(OSError, match="disk full"):
         replace_file(file, "new")
     assert file.read_text() == "old"

@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from msc.workspace import LINK_RADIUS, Circle, Workspace, bent_home, chain
+from msc.geometry import LINK_RADIUS, Circle, bent_home, chain
+from msc.workspace import Workspace
 from msc.workspace import random_circles as draw
 
 free = Workspace.free()

@@ -1,0 +1,79 @@
+"""Files: the folder of the data, writing whole or not at all, checksums."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import tempfile
+from pathlib import Path
+from typing import Any
+
+
+def find_data() -> Path:
+    """Return the folder of the tables: `data` here or in a folder above, or beside msc.
+
+    Returns
+    -------
+    Path
+        The folder.
+    """
+    here = Path.cwd()
+    folders = [here, *here.parents, Path(__file__).resolve().parent.parent]
+    return next(
+        (f / "data" for f in folders if (f / "data" / "datapackage.json").is_file()),
+        folders[-1] / "data",
+    )
+
+
+def replace_file(path: Path, text: str) -> None:
+    """Write a text file whole or not at all.
+
+    Parameters
+    ----------
+    path : Path
+        Where to; its folder is made if it is missing.
+    text : str
+        The new content.
+    """
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.")
+    try:
+        with os.fdopen(handle, "w", encoding="utf-8") as file:
+            file.write(text)
+            file.flush()
+            os.fsync(file.fileno())
+        Path(name).chmod(0o644)
+        Path(name).replace(path)
+    except BaseException:
+        Path(name).unlink(missing_ok=True)
+        raise
+
+
+def write_json(path: Path, content: Any) -> None:
+    """Write what a command found, whole or not at all.
+
+    Parameters
+    ----------
+    path : Path
+        Where to; its folder is made if it is missing.
+    content : object
+        What JSON can tell.
+    """
+    replace_file(path, json.dumps(content, indent=2) + "\n")
+
+
+def checksum(path: Path) -> str:
+    """Identify the content of a file.
+
+    Parameters
+    ----------
+    path : Path
+        The file.
+
+    Returns
+    -------
+    str
+        ``"sha256:"`` and the digest.
+    """
+    return f"sha256:{hashlib.sha256(path.read_bytes()).hexdigest()}"
