@@ -68,3 +68,30 @@ def list_jumps(audit: dict[str, Any]) -> pd.DataFrame:
             for jump in audit["jumps"]
         ]
     )
+
+
+def confirmed_jumps(audit: dict[str, Any]) -> list[int]:
+    """Return where bisection confirmed a jump, that at the cut not counted.
+
+    Parameters
+    ----------
+    audit : dict
+        What `audit_table` returned, of a table whose tasks begin at 0°.
+
+    Returns
+    -------
+    list of int
+        Indices i of tasks for which the step to the next is a jump.
+
+    Examples
+    --------
+    >>> steps = [([14.0, 15.0], True), ([93.0, 94.0], False), ([359.0, 360.0], True)]
+    >>> jumps = [{"between_deg": at, "is_jump": found} for at, found in steps]
+    >>> confirmed_jumps({"n_tasks": 360, "jumps": jumps})
+    [14]
+    """
+    return [
+        round(jump["between_deg"][0] * audit["n_tasks"] / 360)
+        for jump in audit["jumps"]
+        if jump["is_jump"] and jump["between_deg"][1] < 360
+    ]

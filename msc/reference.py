@@ -43,8 +43,9 @@ def write_reference(root: Path, stage: Path, chapters: Sequence[Path]) -> None:
         If the command line does not tell its options.
     """
     book, folder = root / "book", stage / "book"
-    if (root / "CHANGELOG.md").is_file():
-        shutil.copy(root / "CHANGELOG.md", stage)
+    for name in ("CHANGELOG.md", "CITATION.cff"):
+        if (root / name).is_file():
+            shutil.copy(root / name, stage)
     if (book / "parameters.md").is_file():
         tables = parameters_markdown(chapters)
         (folder / PARAMETERS).write_text(tables, encoding="utf-8")

@@ -20,6 +20,7 @@ MAY_DIFFER = frozenset({f"_static/{SECONDS}"})
 # What a book is built from.
 _SOURCES = (
     "CHANGELOG.md",
+    "CITATION.cff",
     "_config.yml",
     "_toc.yml",
     "benchmarks",
