@@ -42,7 +42,7 @@ MEASURES = {
     "touched",
     "error_cm spread",
 }
-SUMMARY = {"mean", "std", "median", "p95", "low", "high", "per_repetition"}
+SUMMARY = {"mean", "std", "median", "p95", "low", "high", "n_tasks", "per_repetition"}
 
 
 ORIGINAL = dict(PROFILES)
@@ -79,6 +79,7 @@ def study(folder):
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         patch.setitem(PROFILES, "quick", TINY)
+        patch.setattr("msc.cells.FEW", len(TEST))
         return run_study("obstacles", seed=3)
 
 
@@ -153,6 +154,13 @@ def test_a_reading_without_tasks_is_left_out(monkeypatch):
     assert "mse, beside jumps" not in free["cells"][0]["measures"]
     away = free["cells"][0]["measures"]["mse, away from jumps"]
     assert away == free["cells"][0]["measures"]["mse, gate learned"]
+
+
+def test_a_handful_of_test_tasks_makes_no_ratio(monkeypatch):
+    monkeypatch.setitem(PROFILES, "quick", LEAST)
+    (cell,) = run_study("free")["cells"]
+    assert cell["ratios"] == []
+    assert cell["measures"]["error_cm"]["charts"]["n_tasks"] == len(TEST)
 
 
 # What it says
@@ -272,8 +280,7 @@ def test_the_profiles_are_as_the_protocol_says():
     }
     assert dict(sizes["even"])[24] == 15
     assert dict(sizes["even"])[360] == 1
-    assert dict(sizes["uniform"])[36] == dict(sizes["nonuniform"])[24] == 30
-    assert dict(sizes["uniform"])[50] == dict(sizes["nonuniform"])[100] == 15
+    assert dict(sizes["uniform"])[8] == dict(sizes["nonuniform"])[100] == 15
     assert {group.n_charts for group in full if group.is_sweep} == set(range(1, 9))
 
 
