@@ -72,6 +72,7 @@ def folder(tmp_path_factory):
 def here(folder, monkeypatch):
     monkeypatch.chdir(folder)
     monkeypatch.setitem(PROFILES, "quick", TINY)
+    monkeypatch.setattr("msc.cells.FEW", 1)
 
 
 @pytest.fixture(scope="module")
@@ -79,7 +80,7 @@ def study(folder):
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         patch.setitem(PROFILES, "quick", TINY)
-        patch.setattr("msc.cells.FEW", len(TEST))
+        patch.setattr("msc.cells.FEW", 1)
         return run_study("obstacles", seed=3)
 
 
@@ -158,6 +159,7 @@ def test_a_reading_without_tasks_is_left_out(monkeypatch):
 
 def test_a_handful_of_test_tasks_makes_no_ratio(monkeypatch):
     monkeypatch.setitem(PROFILES, "quick", LEAST)
+    monkeypatch.setattr("msc.cells.FEW", len(TEST) + 1)
     (cell,) = run_study("free")["cells"]
     assert cell["ratios"] == []
     assert cell["measures"]["error_cm"]["charts"]["n_tasks"] == len(TEST)
