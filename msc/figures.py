@@ -5,6 +5,7 @@ from __future__ import annotations
 import base64
 import io
 from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -147,13 +148,17 @@ def write_gallery(pictures: Sequence[Picture], book: Path) -> None:
         Folder of the staged book.
     """
     (book / THUMBNAILS).mkdir(exist_ok=True)
-    for picture in pictures:
+
+    def save_small(picture: Picture) -> None:
         with Image.open(io.BytesIO(picture.png)) as image:
             small = image.convert("RGB")
-        small.thumbnail(_SIZE, Image.Resampling.LANCZOS)
+        small.thumbnail(_SIZE, Image.Resampling.LANCZOS, reducing_gap=2.0)
         small.quantize(64, dither=Image.Dither.NONE).save(
             book / THUMBNAILS / f"{picture.name}.png", optimize=True
         )
+
+    with ThreadPoolExecutor() as pool:
+        list(pool.map(save_small, pictures))
     (book / GALLERY).write_text(gallery_markdown(pictures), encoding="utf-8")
 
 
