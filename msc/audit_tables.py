@@ -27,7 +27,7 @@ def summarise(*audits: dict[str, Any]) -> pd.DataFrame:
     for audit in audits:
         executed, searched = audit["executed"], audit["searched"]
         changes = np.array(searched["change_of_cost"])
-        columns[audit["table"]] = {
+        found = {
             "policies": audit["n_tasks"],
             "executed again: identical distances": executed["identical"],
             "largest difference (m)": executed["largest_difference_m"],
@@ -38,7 +38,8 @@ def summarise(*audits: dict[str, Any]) -> pd.DataFrame:
             "large steps, the cut's included": len(audit["jumps"]),
             "of these jumps": sum(jump["is_jump"] for jump in audit["jumps"]),
         }
-    return pd.DataFrame(columns, dtype=object)
+        columns[audit["table"]] = pd.Series(found, dtype=object)
+    return pd.DataFrame(columns)
 
 
 def list_jumps(audit: dict[str, Any]) -> pd.DataFrame:

@@ -93,6 +93,7 @@ ROW = [
     "opening",
     "chapters",
     "reference",
+    "source_pages",
     "rendering",
     "figures",
     "provenance",
