@@ -203,9 +203,8 @@ class Trial:
         """Execute predictions; of two for a task the mean, and any contact, counts."""
         done = execute_policies(self.workspace, before, self.test_table)
         other = np.abs(behind - before).max(axis=1) > _OTHER
-        again = execute_policies(
-            self.workspace, behind[other], self.test_table[other]
-        ).set_index(done.index[other])
+        table = self.test_table[other]
+        again = execute_policies(self.workspace, behind[other], table)
         for column in ("error_cm", "excess_cost"):
             done.loc[other, column] = (done.loc[other, column] + again[column]) / 2
         done.loc[other, "touched"] |= again["touched"]
