@@ -172,7 +172,28 @@ def _look_up(measurement: Measurement, results: Mapping[str, Any]) -> list[Effec
 _WORDS = {"n_samples": "n = {}", "n_charts": "charts: {}", "baseline": "against {}"}
 
 
-def _cell(study: dict[str, Any], design: str, n_samples: int) -> dict[str, Any]:
+def find_cell(study: dict[str, Any], design: str, n_samples: int) -> dict[str, Any]:
+    """Find a study's results for a design and a number of training tasks.
+
+    Parameters
+    ----------
+    study : dict
+        Results of a study.
+    design : {"even", "uniform", "nonuniform"}
+        How training tasks were drawn.
+    n_samples : int
+        How many.
+
+    Returns
+    -------
+    dict
+        The entry of its "cells".
+
+    Raises
+    ------
+    StopIteration
+        If there is none.
+    """
     found: dict[str, Any] = next(
         cell
         for cell in study["cells"]
@@ -191,7 +212,7 @@ def _ratio(
     study: dict[str, Any], name: str, design: str, n_samples: int, baseline: str
 ) -> Effect:
     """Find the charts' error over another method's, a paired comparison."""
-    cell = _cell(study, design, n_samples)
+    cell = find_cell(study, design, n_samples)
     if _is_empty(study, cell, name):
         return Effect(nan)
     wanted = name, "charts", baseline
@@ -206,7 +227,7 @@ def _mean(
     study: dict[str, Any], name: str, design: str, n_samples: int, method: str
 ) -> Effect:
     """Find a method's mean."""
-    cell = _cell(study, design, n_samples)
+    cell = find_cell(study, design, n_samples)
     if _is_empty(study, cell, name):
         return Effect(nan)
     found = cell["measures"][name][method]

@@ -8,6 +8,7 @@ from typing import Any
 import pandas as pd
 
 from msc.comparison import Comparison
+from msc.measured import find_cell
 from msc.sampling import draw_samples
 from msc.tables import load_dataset
 
@@ -110,11 +111,7 @@ def sets_table(
         its rank among the sets of this size, the lowest first, and the lowest, median
         and highest error of any.
     """
-    (cell,) = (
-        cell
-        for cell in study["cells"]
-        if (cell["design"], cell["n_samples"]) == ("even", n_samples)
-    )
+    cell = find_cell(study, "even", n_samples)
     tasks, n_draws = load_dataset(study["workspace"])[0], cell["repetitions"]
     sets = draw_samples("even", tasks, n_samples, n_draws=n_draws, seed=study["seed"])
     drawn = [chosen[0] for chosen in sets].index(0)
