@@ -98,7 +98,9 @@ def methods(n_charts: int | None = 4, seed: int = 0) -> dict[str, Any]:
             check_inverse=False,
         ),
         "charts, SVM gate": ParameterizedSkill(charts, gate="svm", random_state=seed),
-        "charts, k-means": ParameterizedSkill(KMeans(n_charts or 4), random_state=seed),
+        "charts, k-means": ParameterizedSkill(
+            KMeans(n_charts or 4, n_init=10), random_state=seed
+        ),
         "single, Matérn": _single("matern", seed),
         "single, periodic": _single("periodic", seed),
     }
