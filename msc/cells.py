@@ -13,6 +13,7 @@ from msc.comparison import Resamples, interval
 from msc.trial import Trial
 
 SHARES = ("under_1_cm", "touched")  # no ratios: a share is often zero
+SAME_KERNEL = ("charts, Matérn", "single, Matérn")  # compared besides "charts"
 FEW = 10  # test tasks; of fewer, a bootstrap's interval is far too narrow
 
 Array = NDArray[np.float64]
@@ -73,10 +74,11 @@ def summarise_trials(
     -------
     dict
         Under "measures", by measure and method, a summary; under "ratios" the charts'
-        mean over that of each other method, with the interval of `compare`. A measure
-        without a test task, as beside jumps where there are none, is left out. One of
-        fewer than ten has no ratios: with three test tasks an interval that is meant to
-        miss one time in twenty misses one in four.
+        mean over that of each other method, and those of the two with a Matérn kernel,
+        with the interval of `compare`. A measure without a test task, as beside jumps
+        where there are none, is left out. One of fewer than ten has no ratios: with
+        three test tasks an interval that is meant to miss one time in twenty misses one
+        in four.
 
     Notes
     -----
@@ -130,12 +132,12 @@ def _describe(errors: Array, weights: ArrayLike | None) -> dict[str, float]:
 
 def _divide(label: str, averages: dict[str, Array]) -> list[dict[str, Any]]:
     """Divide the charts' mean by that of each other method, where that is positive."""
-    ours = averages.get("charts")
+    pairs = [("charts", other) for other in averages if other != "charts"]
     return [
-        {"measure": label, "method": "charts", "baseline": baseline}
-        | _bound(ours / theirs, "ratio")
-        for baseline, theirs in averages.items()
-        if ours is not None and baseline != "charts" and (theirs > 0).all()
+        {"measure": label, "method": ours, "baseline": theirs}
+        | _bound(averages[ours] / averages[theirs], "ratio")
+        for ours, theirs in [*pairs, SAME_KERNEL]
+        if {ours, theirs} <= averages.keys() and (averages[theirs] > 0).all()
     ]
 
 

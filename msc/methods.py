@@ -35,6 +35,7 @@ COMMON = (
 VARIANTS = (  # of the charts and of the single regression: one part exchanged
     "charts, SVM gate",
     "charts, k-means",
+    "charts, Matérn",
     "single, Matérn",
     "single, periodic",
 )
@@ -70,6 +71,7 @@ def methods(n_charts: int | None = 4, seed: int = 0) -> dict[str, Any]:
         - "charts, SVM gate": the charts, and a support vector machine that tells which
           of them a task belongs to;
         - "charts, k-means": charts found by k-means among the policies;
+        - "charts, Matérn": the charts, and a rougher kernel for their regressions;
         - "single, Matérn" and "single, periodic": the single regression with other
           kernels, see `gaussian_process`.
 
@@ -100,6 +102,9 @@ def methods(n_charts: int | None = 4, seed: int = 0) -> dict[str, Any]:
         "charts, SVM gate": ParameterizedSkill(charts, gate="svm", random_state=seed),
         "charts, k-means": ParameterizedSkill(
             KMeans(n_charts or 4, n_init=10), random_state=seed
+        ),
+        "charts, Matérn": ParameterizedSkill(
+            charts, regressor=gaussian_process("matern"), random_state=seed
         ),
         "single, Matérn": _single("matern", seed),
         "single, periodic": _single("periodic", seed),

@@ -76,9 +76,8 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
 
     A chart of one task predicts that task's policy everywhere, with the spread of all
     training policies as its standard deviation. Two points cannot tell a length scale
-    from noise, so on a chart of two the default regression keeps its initial
-    hyper-parameters (1 rad, noise 1e-3). A regressor given by the caller is fitted as
-    it is from two tasks on.
+    from noise, so on a chart of two a Gaussian process keeps its initial
+    hyper-parameters (by default 1 rad, noise 1e-3).
 
     References
     ----------
@@ -167,10 +166,11 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
         if n_tasks == 1:  # white noise about the one value: constant, never certain
             kernel = WhiteKernel(spread**2, noise_level_bounds="fixed")
             return GaussianProcessRegressor(kernel, optimizer=None, normalize_y=True)
-        if self.regressor is not None:
-            return _seeded_clone(self.regressor, seed)
-        default = gaussian_process()
-        return default if n_tasks > 2 else default.set_params(optimizer=None)
+        given = gaussian_process() if self.regressor is None else self.regressor
+        regressor = _seeded_clone(given, seed)
+        if n_tasks == 2 and isinstance(regressor, GaussianProcessRegressor):
+            regressor.set_params(optimizer=None)
+        return regressor
 
     def predict_chart(self, X: Any) -> Charts:
         """Tell which chart each task belongs to.

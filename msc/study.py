@@ -29,8 +29,9 @@ are none; shares have no ratios, nor has what fewer than ten test tasks measure,
 what is divided by nothing. ``METHOD`` is a name of `msc.methods`: "charts",
 "single regression", "CrKr", "nearest neighbour", "linear interpolation", "mean policy",
 "zero policy" and, in the even design only, "charts, SVM gate", "charts, k-means",
-"single, Matérn" and "single, periodic". ``low`` and ``high`` bound 95 % bootstrap
-intervals, see `msc.comparison`.
+"charts, Matérn", "single, Matérn" and "single, periodic". Ratios are those of "charts"
+over all others, and of "charts, Matérn" over "single, Matérn". ``low`` and ``high``
+bound 95 % bootstrap intervals, see `msc.comparison`.
 
 Evenly spaced sets are all there are, one for each first task, up to thirty; uniform and
 nonuniform ones fifteen. In the nonuniform design test tasks count by the same density,

@@ -17,7 +17,9 @@ SIGNS = {"lower": "●", "undecided": "○", "higher": "✕"}  # of the charts' 
 BASELINES = ("single regression", "CrKr", "nearest neighbour")
 
 
-def compare_cells(study: dict[str, Any], design: str = "even") -> pd.DataFrame:
+def compare_cells(
+    study: dict[str, Any], design: str = "even", *, method: str = "charts"
+) -> pd.DataFrame:
     """List every comparison of the charts with another method.
 
     Parameters
@@ -26,6 +28,8 @@ def compare_cells(study: dict[str, Any], design: str = "even") -> pd.DataFrame:
         Results of a study.
     design : {"even", "uniform", "nonuniform"}, default="even"
         How training tasks were drawn.
+    method : {"charts", "charts, Matérn"}, default="charts"
+        Which charts.
 
     Returns
     -------
@@ -38,6 +42,7 @@ def compare_cells(study: dict[str, Any], design: str = "even") -> pd.DataFrame:
         for cell in study["cells"]
         if cell["design"] == design
         for ratio in cell["ratios"]
+        if ratio["method"] == method
     ]
     names = ["n_samples", "measure", "baseline", "comparison"]
     return pd.DataFrame(rows, columns=names)
@@ -48,6 +53,7 @@ def ratio_table(
     measures: Sequence[str],
     baselines: Sequence[str] = BASELINES,
     design: str = "even",
+    method: str = "charts",
 ) -> pd.DataFrame:
     """Show the charts' errors over other methods', size by size, with intervals.
 
@@ -61,6 +67,8 @@ def ratio_table(
         The other methods.
     design : {"even", "uniform", "nonuniform"}, default="even"
         How training tasks were drawn.
+    method : {"charts", "charts, Matérn"}, default="charts"
+        Which charts.
 
     Returns
     -------
@@ -70,7 +78,7 @@ def ratio_table(
     """
     columns = {}
     for study in studies:
-        cells = compare_cells(study, design)
+        cells = compare_cells(study, design, method=method)
         for measure in measures:
             for baseline in baselines:
                 chosen = (cells["measure"] == measure) & (cells["baseline"] == baseline)
@@ -78,7 +86,7 @@ def ratio_table(
                 place = WORLDS[study["workspace"]], measure, baseline
                 columns[place] = here.map(_cell)
     table = pd.DataFrame(columns).rename_axis("training tasks").fillna("–")
-    table.columns = table.columns.set_names(["", "", "charts over"])
+    table.columns = table.columns.set_names(["", "", f"{method} over"])
     many = [len({place[level] for place in columns}) > 1 for level in range(3)]
     single: list[Any] = [level for level in (0, 1) if not many[level]]
     return table.droplevel(single, axis=1)

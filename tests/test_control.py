@@ -23,6 +23,24 @@ def world():
     world.close()
 
 
+# Why torques come from inverse dynamics
+
+
+@pytest.mark.parametrize("pose", [(0.0, 0.0, 0.0), free.home])
+def test_a_pid_of_torques_on_each_joint_would_tremble(pose):
+    # a mode that loses more than twice its speed in a time step swings ever wider
+    def mass_matrix(angles):
+        angles, rest = np.array(angles)[:, None], np.zeros((3, 1))
+        columns = [
+            joint_torques((angles, rest, a), inertias) for a in np.eye(3)[..., None]
+        ]
+        return np.hstack(columns)
+
+    largest = np.diag(np.diag(mass_matrix((0.0, 0.0, 0.0))))
+    modes = np.linalg.solve(mass_matrix(pose), 2 * 20 * largest)
+    assert np.linalg.eigvals(modes).real.max() / 240 > 2
+
+
 # How errors die out
 
 

@@ -62,8 +62,8 @@ def test_charts_are_as_many_as_asked_for(fitted):
 
 
 def test_variants_of_the_charts_differ_in_one_part(fitted):
-    ours, gated, means = (
-        fitted[name] for name in ("charts", "charts, SVM gate", "charts, k-means")
+    ours, gated, means, rough = (
+        fitted[f"charts{part}"] for part in ("", ", SVM gate", ", k-means", ", Matérn")
     )
     np.testing.assert_array_equal(gated.charts_, ours.charts_)
     chart = ours.predict_chart(new_tasks)
@@ -72,6 +72,8 @@ def test_variants_of_the_charts_differ_in_one_part(fitted):
     assert isinstance(gated.gate_[-1], SVC)
     expected = KMeans(2, random_state=0).fit_predict(policies)
     assert adjusted_rand_score(means.charts_, expected) == 1
+    np.testing.assert_array_equal(rough.charts_, ours.charts_)
+    assert {type(r.kernel_.k1.k2) for r in np.ravel(rough.regressors_)} == {Matern}
 
 
 # Single regressions

@@ -214,10 +214,14 @@ def test_a_single_task():
     np.testing.assert_array_equal(std, 0)
 
 
-def test_a_chart_of_two_tasks_keeps_the_initial_hyper_parameters():
-    skill = ParameterizedSkill(None).fit([[0.0], [1.0]], [[2.0], [3.0]])
+@pytest.mark.parametrize("kernel", [None, "matern"])
+def test_a_chart_of_two_tasks_keeps_the_initial_hyper_parameters(kernel):
+    given = gaussian_process(kernel) if kernel else None
+    skill = ParameterizedSkill(None, regressor=given)
+    skill.fit([[0.0], [1.0]], [[2.0], [3.0]])
     gp = skill.regressors_[0][0]
-    np.testing.assert_array_equal(gp.kernel_.theta, gaussian_process().kernel.theta)
+    initial = (given or gaussian_process()).kernel.theta
+    np.testing.assert_array_equal(gp.kernel_.theta, initial)
     np.testing.assert_allclose(skill.predict([[0.0], [1.0]]), [[2], [3]], atol=2e-3)
     np.testing.assert_allclose(skill.predict([[0.5]]), [[2.5]])  # half-way: the mean
 

@@ -53,6 +53,17 @@ def test_a_table_says_which_method_wins_at_each_size():
     assert row == ["● 0.5 [0.45, 0.6]", "○ 1 [0.9, 1.2]", "✕ 2 [1.8, 2.4]"]
 
 
+def test_charts_with_another_kernel_have_ratios_of_their_own():
+    rough = {"measure": "mse, gate learned", "method": "charts, Matérn"}
+    ratio = rough | {"baseline": "CrKr", "ratio": 3.0, "low": 2.0, "high": 4.0}
+    cells = [{**cell(24), "ratios": [*cell(24)["ratios"], ratio]}]
+    what = {"measures": ["mse, gate learned"], "baselines": ["CrKr"]}
+    found = {**free, "cells": cells}
+    assert ratio_table(found, **what).loc[24, "CrKr"] == "○ 1 [0.9, 1.2]"
+    table = ratio_table(found, **what, method="charts, Matérn")
+    assert table.loc[24, "CrKr"] == "✕ 3 [2, 4]"
+
+
 def test_what_is_the_same_in_all_columns_is_left_out():
     table = ratio_table(free, measures=["mse, gate learned"], baselines=["CrKr"])
     assert list(table.columns) == ["CrKr"]
