@@ -18,8 +18,8 @@ import yaml
 
 from msc.chapters import Chapter, run_chapters
 from msc.claim_file import load_claims
-from msc.claims import CLAIMS
-from msc.claims_page import write_claims
+from msc.claims import CLAIMS, VERDICTS
+from msc.claims_page import tally, write_claims
 from msc.figures import (
     DOWNLOADS,
     Picture,
@@ -158,7 +158,8 @@ def substitutions(root: Path) -> dict[str, Any]:
         Nested names are joined by underscores, the file's own first: `single.mse` in
         `fig3.json` becomes `fig3_single_mse`, and a page writes
         `{{ fig3_single_mse }}`. Whatever cannot stand in a name becomes an underscore;
-        lists longer than ten entries are left out. `n_claims` counts the claims.
+        lists longer than ten entries are left out. `n_claims` counts the claims,
+        `verdicts` says how many got which verdict.
     """
     flat: dict[str, Any] = {}
 
@@ -178,6 +179,8 @@ def substitutions(root: Path) -> dict[str, Any]:
         )
     if (root / CLAIMS).is_file():
         flat["n_claims"] = len(load_claims(root / CLAIMS))
+    if (root / VERDICTS).is_file():
+        flat["verdicts"] = tally(json.loads((root / VERDICTS).read_text("utf-8")))
     return flat
 
 

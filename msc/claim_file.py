@@ -14,7 +14,8 @@ from typing import Any
 
 import yaml
 
-from msc.measured import FIELDS, Measurement, parse
+from msc.lookups import FIELDS
+from msc.measured import Measurement, parse
 
 PREDICATES = ("below", "above", "equals", "at_least")
 N_WORDS = 40  # that a quotation may have

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -64,15 +65,36 @@ def table_markdown(verdicts: Sequence[Verdict], pages: Collection[str]) -> str:
         Markdown: each claim linked to the chapter that shows it, each verdict to its
         readings.
     """
-    rows = [_row("claim", "the paper says", "here", "measured"), _RULE]
+    rows = [_row("the paper claims", "here", "measured"), "|---|---|---|"]
     for one in verdicts:
-        claim = one.claim
-        name = f"[{claim.id}]({claim.chapter})" if claim.chapter in pages else claim.id
+        claim, says = one.claim, _cell(one.claim.claim)
+        shown = f"[{says}]({claim.chapter})" if claim.chapter in pages else says
         here = f"[{one.words}](claim-{claim.id})"
         differ = f"; [readings differ](claim-{claim.id})" if one.differs else ""
-        measured = f"{_cell(one.measured)}{differ}"
-        rows.append(_row(name, f"“{_cell(claim.quote)}”", here, measured))
+        rows.append(_row(shown, here, f"{_cell(one.measured)}{differ}"))
     return "\n".join(rows) + "\n"
+
+
+def tally(summary: Mapping[str, Mapping[str, Any]]) -> str:
+    """Count the verdicts, in words.
+
+    Parameters
+    ----------
+    summary : mapping
+        What `msc.claims.summarise` returned.
+
+    Returns
+    -------
+    str
+        The verdicts that occur, in the order of `SYMBOLS`.
+
+    Examples
+    --------
+    >>> tally({"a": {"verdict": "partly"}, "b": {"verdict": "reproduced"}})
+    '1 reproduced, 1 partly'
+    """
+    counts = Counter(one["verdict"] for one in summary.values())
+    return ", ".join(f"{counts[name]} {name}" for name in SYMBOLS if counts[name])
 
 
 def readings_markdown(verdicts: Sequence[Verdict], pages: Collection[str]) -> str:

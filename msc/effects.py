@@ -201,4 +201,31 @@ def _mapped(function: Callable[[float], float], effect: Effect) -> Effect:
 
 def _digits(value: float) -> str:
     """Write a number with three significant digits."""
-    return f"{float(f'{value:.3g}'):,g}".replace("-", "−")
+    return f"{float(rounded(value, 3)):,g}".replace("-", "−")
+
+
+def rounded(value: float, digits: int) -> str:
+    """Round a number, but never to 1, where equality lies.
+
+    Parameters
+    ----------
+    value : float
+        The number.
+    digits : int
+        Significant digits, unless it takes more to tell the number from 1.
+
+    Returns
+    -------
+    str
+        The number.
+
+    Examples
+    --------
+    >>> rounded(0.125, 2), rounded(0.998, 2), rounded(1.0, 2)
+    ('0.12', '0.998', '1')
+    """
+    text = f"{value:.{digits}g}"
+    while float(text) == 1 != value and digits < 9:
+        digits += 1
+        text = f"{value:.{digits}g}"
+    return text

@@ -8,7 +8,8 @@ from typing import Any
 import pandas as pd
 
 from msc.comparison import Comparison
-from msc.measured import find_cell
+from msc.effects import rounded
+from msc.lookups import find_cell
 from msc.sampling import draw_samples
 from msc.tables import load_dataset
 
@@ -172,6 +173,5 @@ def gate_shares(*studies: dict[str, Any]) -> pd.DataFrame:
 
 def _cell(found: Comparison) -> str:
     """Write a comparison into a cell."""
-    return (
-        f"{SIGNS[found.verdict]} {found.ratio:.2g} [{found.low:.2g}, {found.high:.2g}]"
-    )
+    ratio, low, high = (rounded(one, 2) for one in (found.ratio, found.low, found.high))
+    return f"{SIGNS[found.verdict]} {ratio} [{low}, {high}]"

@@ -77,6 +77,12 @@ def imagine_study(right, world):
                 for measure, by_method in measures.items()
                 for baseline, mean in by_method.items()
                 if baseline != "charts"
+            ]
+            + [
+                {"measure": measure, "method": "charts, Matérn"}
+                | {"baseline": "single, Matérn"}
+                | near(0.5 if right else 2, "ratio")
+                for measure in measures
             ],
         }
         for design in ("even", "uniform")

@@ -59,6 +59,7 @@ ROW = [
     "profiles",
     "study",
     "effects",
+    "lookups",
     "measured",
     "claim_file",
     "verdicts",
