@@ -225,7 +225,7 @@ def rounded(value: float, digits: int) -> str:
     ('0.12', '0.998', '1')
     """
     text = f"{value:.{digits}g}"
-    while float(text) == 1 != value and digits < 9:
+    while float(text) == 1 != value and digits < 5:
         digits += 1
         text = f"{value:.{digits}g}"
     return text

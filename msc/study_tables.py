@@ -93,6 +93,41 @@ def ratio_table(
     return table.droplevel(single, axis=1)
 
 
+def kernel_table(
+    *studies: dict[str, Any], measure: str = "mse, gate learned"
+) -> pd.DataFrame:
+    """Show the charts' errors over the single regression's, by their kernels.
+
+    Parameters
+    ----------
+    *studies : dict
+        Results of studies.
+    measure : str, default="mse, gate learned"
+        Which error.
+
+    Returns
+    -------
+    DataFrame
+        One row a number of training tasks, evenly spaced; for each world both with a
+        squared exponential kernel, both with a Matérn kernel, and the former charts
+        over the latter regression; cells as in `ratio_table`.
+    """
+    pairs = {
+        "both smooth": ("charts", "single regression"),
+        "both rough": ("charts, Matérn", "single, Matérn"),
+        "charts smooth, single rough": ("charts", "single, Matérn"),
+    }
+    tables = {
+        (WORLDS[study["workspace"]], kernels): ratio_table(
+            study, measures=[measure], baselines=[baseline], method=method
+        )[baseline]
+        for study in studies
+        for kernels, (method, baseline) in pairs.items()
+    }
+    table = pd.DataFrame(tables).rename_axis("training tasks")
+    return table.droplevel(0, axis=1) if len(studies) == 1 else table
+
+
 def sets_table(
     study: dict[str, Any],
     n_samples: int,

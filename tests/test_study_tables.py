@@ -2,7 +2,13 @@ import pytest
 
 from msc.plots_study import plot_sample_sizes, plot_sweep
 from msc.sampling import draw_samples
-from msc.study_tables import compare_cells, gate_shares, ratio_table, sets_table
+from msc.study_tables import (
+    compare_cells,
+    gate_shares,
+    kernel_table,
+    ratio_table,
+    sets_table,
+)
 from msc.tables import load_dataset
 
 BASELINES = {"single regression": 2.0, "CrKr": 1.0, "nearest neighbour": 0.5}
@@ -62,6 +68,20 @@ def test_charts_with_another_kernel_have_ratios_of_their_own():
     assert ratio_table(found, **what).loc[24, "CrKr"] == "○ 1 [0.9, 1.2]"
     table = ratio_table(found, **what, method="charts, Matérn")
     assert table.loc[24, "CrKr"] == "✕ 3 [2, 4]"
+
+
+def test_kernels_are_compared_like_with_like_and_across():
+    pairs = {"single regression": "charts", "single, Matérn": "charts, Matérn"}
+    ratios = [
+        {"measure": "error_cm", "method": method, "baseline": baseline}
+        | {"ratio": ratio, "low": ratio, "high": ratio}
+        for ratio, (baseline, method) in zip((2.0, 3.0), pairs.items(), strict=True)
+    ]
+    across = ratios[1] | {"method": "charts", "ratio": 0.5, "low": 0.5, "high": 0.5}
+    found = {**free, "cells": [{**cell(24), "ratios": [*ratios, across]}]}
+    row = kernel_table(found, measure="error_cm").loc[24].tolist()
+    assert row == ["✕ 2 [2, 2]", "✕ 3 [3, 3]", "● 0.5 [0.5, 0.5]"]
+    assert kernel_table(found, obstacles).columns.nlevels == 2
 
 
 def test_what_is_the_same_in_all_columns_is_left_out():
