@@ -82,7 +82,7 @@ data: $(STAMP) ## search every policy in data/ again, resuming where it stopped
 			--out book/_static/reach.$$picture; \
 	done
 
-results: $(STAMP) ## compare all methods again and judge the claims (half an hour)
+results: $(STAMP) ## compare all methods again and judge the claims (takes its time)
 	$(BIN) -m msc evaluate --profile full --jobs $(JOBS)
 	$(BIN) -m msc claims --out data/results/claims.json --readme README.md
 
