@@ -65,14 +65,15 @@ def table_markdown(verdicts: Sequence[Verdict], pages: Collection[str]) -> str:
         Markdown: each claim linked to the chapter that shows it, each verdict to its
         readings.
     """
-    rows = [_row("the paper claims", "here", "measured"), "|---|---|---|"]
+    rows = ["```{table}", ":widths: 5 2 4"]  # in shares of the page
+    rows += [_row("the paper claims", "here", "measured"), "|---|---|---|"]
     for one in verdicts:
         claim, says = one.claim, _cell(one.claim.claim)
         shown = f"[{says}]({claim.chapter})" if claim.chapter in pages else says
         here = f"[{one.words}](claim-{claim.id})"
         differ = f"; [readings differ](claim-{claim.id})" if one.differs else ""
         rows.append(_row(shown, here, f"{_cell(one.measured)}{differ}"))
-    return "\n".join(rows) + "\n"
+    return "\n".join([*rows, "```"]) + "\n"
 
 
 def tally(summary: Mapping[str, Mapping[str, Any]]) -> str:

@@ -15,6 +15,11 @@ from msc.tables import load_dataset
 
 WORLDS = {"free": "without obstacles", "obstacles": "with obstacles"}
 SIGNS = {"lower": "●", "undecided": "○", "higher": "✕"}  # of the charts' error
+PLAIN = {  # measures, where they are shown
+    "error_cm": "distance at the end (cm)",
+    "error_cm spread": "spread of distances at the end (cm)",
+    "excess_cost": "excess cost",
+}
 BASELINES = ("single regression", "CrKr", "nearest neighbour")
 
 
@@ -84,7 +89,8 @@ def ratio_table(
             for baseline in baselines:
                 chosen = (cells["measure"] == measure) & (cells["baseline"] == baseline)
                 here = cells[chosen].set_index("n_samples")["comparison"]
-                place = WORLDS[study["workspace"]], measure, baseline
+                shown = PLAIN.get(measure, measure.replace("mse", "MSE"))
+                place = WORLDS[study["workspace"]], shown, baseline
                 columns[place] = here.map(_cell)
     table = pd.DataFrame(columns).rename_axis("training tasks").fillna("–")
     table.columns = table.columns.set_names(["", "", f"{method} over"])
@@ -167,7 +173,7 @@ def sets_table(
             first, *bounds = map(
                 "{:.3g}".format, [errors[drawn], *errors.quantile([0, 0.5, 1])]
             )
-            rows[measure, method] = [first, rank, *bounds]
+            rows[PLAIN.get(measure, measure), method] = [first, rank, *bounds]
     names = ["set drawn", "its rank", "lowest", "median", "highest"]
     table = pd.DataFrame.from_dict(rows, orient="index", columns=names)
     table.index = pd.MultiIndex.from_tuples(table.index, names=["", "of all sets"])

@@ -409,7 +409,7 @@ def test_tables_link_each_claim_and_verdict(verdict_on):
         {"one": built_in, "two": BELOW | {"baseline": ["single"]}},
         study(mse={24: LOW}),
     )
-    [row] = table_markdown([found], {"fig3_free_24"}).splitlines()[2:]
+    *_, row, _ = table_markdown([found], {"fig3_free_24"}).splitlines()
     assert row == (
         "| [Charts err less.](fig3_free_24) "
         "| [◇ by construction](claim-lower) | one: 0.5 [0.4, 0.6] × single; "

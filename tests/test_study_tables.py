@@ -97,7 +97,8 @@ def test_the_set_drawn_is_ranked_among_all():
     cells = [cell(24, "uniform"), {**few, "measures": {"error_cm": errors}}]
     found = {"workspace": "free", "seed": 5, "cells": cells}
     table = sets_table(found, 24, measures=["error_cm"], methods=["charts"])
-    assert table.loc["error_cm", "charts"].tolist() == ["7", "1 of 15", "7", "14", "21"]
+    row = table.loc["distance at the end (cm)", "charts"].tolist()
+    assert row == ["7", "1 of 15", "7", "14", "21"]
 
 
 def test_designs_are_kept_apart():
