@@ -59,3 +59,17 @@ def test_the_button_changes_the_theme_for_all_pages(visit):
         assert page.evaluate(BACKGROUND) == dark, f"{PAGES[1]}.html forgets the theme"
         switch_theme(page, "light")
         assert page.evaluate(BACKGROUND) == light
+
+
+def test_a_wide_figure_keeps_its_size_on_a_phone(visit):
+    with visit("what_it_costs", viewport={"width": 375, "height": 800}) as seen:
+        page = seen.page
+        frame = page.locator(".msc-wide").first
+        frame.focus()
+        page.keyboard.press("ArrowRight")
+        page.wait_for_function(
+            "frame => frame.scrollLeft > 0", arg=frame.element_handle()
+        )
+        assert frame.locator("img").bounding_box()["width"] >= 600
+        page.set_viewport_size({"width": 1280, "height": 900})
+        assert frame.evaluate("frame => frame.tabIndex") == -1
