@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
+import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
@@ -14,6 +15,8 @@ from numpy.typing import NDArray
 from msc.evaluation import Experiment
 from msc.looks import CHART_COLOURS, COLOURS, chart_colour, chart_marker, styled
 from msc.plots_world import WEIGHT_LABELS
+
+METHODS = ("single regression", "charts")  # from left to right, or top to bottom
 
 
 @styled
@@ -33,21 +36,27 @@ def plot_manifold(
     Returns
     -------
     Figure
-        Left the single regression, right the charts.
+        Left the single regression, right the charts; below a dimension that is alone,
+        what is predicted minus what was searched.
     """
     if dimensions is None:
         dimensions = [int(np.argmax(experiment.policies.std(axis=0)))]
-    height = 3.3 if len(dimensions) == 1 else 1.9 * len(dimensions)
+    alone = len(dimensions) == 1
+    heights = (3.0, 1.0) if alone else (1.9,) * len(dimensions)
     figure, axes = plt.subplots(
-        len(dimensions),
+        len(heights),
         2,
-        figsize=(7.4, height),
+        figsize=(7.4, sum(heights) + 0.3 * alone),
         sharex=True,
         sharey="row",
         squeeze=False,
+        height_ratios=heights,
     )
-    for (single, charts), dimension in zip(axes, dimensions, strict=True):
+    for (single, charts), dimension in zip(axes, dimensions, strict=False):
         _draw_manifold(single, charts, experiment, dimension)
+    if alone:
+        _draw_residuals(axes[1], experiment, dimensions[0])
+        axes[1, 0].set_ylabel("predicted\n− searched")
     n_samples = experiment.n_samples
     n_charts = experiment.methods["charts"].n_charts_
     axes[0, 0].set_title(f"single regression, {n_samples} samples")
@@ -102,6 +111,19 @@ def _draw_manifold(
     single.set_ylabel(f"policy weight {WEIGHT_LABELS[dimension]}")
 
 
+def _draw_residuals(
+    axes: Iterable[Axes], experiment: Experiment, dimension: int
+) -> None:
+    """Draw, for every searched task, the weight predicted minus that searched."""
+    angles = np.rad2deg(experiment.tasks[:, 0])
+    for axis, method in zip(axes, METHODS, strict=True):
+        predicted = experiment.predict(method, experiment.tasks)
+        residual = (predicted - experiment.policies)[:, dimension]
+        axis.axhline(0, color="0.3", lw=0.8)
+        axis.plot(angles, residual, ".", ms=2.5, color=COLOURS[method])
+        _mark_jumps(axis, experiment)
+
+
 def _draw_regression(
     axis: Axes,
     method: str,
@@ -135,27 +157,70 @@ def plot_execution(experiment: Experiment) -> Figure:
     Returns
     -------
     Figure
-        Top the single regression, bottom the charts; mean and standard deviation
-        marked, tasks that met an obstacle crossed.
+        Top the single regression, bottom the charts, on one logarithmic scale; a rug
+        beside each has the errors alone. Mean, standard deviation and median are
+        marked, and tasks that met an obstacle.
     """
+    figure, axes = plt.subplots(
+        2,
+        2,
+        figsize=(7.4, 5.0),
+        sharex="col",
+        sharey=True,
+        width_ratios=(1, 0.05),
+    )
     executed = experiment.executed
-    figure, axes = plt.subplots(2, 1, figsize=(7.4, 4.6), sharex=True, sharey=True)
-    for axis, method in zip(axes, ("single regression", "charts"), strict=True):
+    for (axis, rug), method in zip(axes, METHODS, strict=True):
         rows = executed[executed["method"] == method]
-        mean, std = rows["error_cm"].mean(), rows["error_cm"].std()
-        axis.axhspan(max(0, mean - std), mean + std, color="0.9", lw=0, zorder=0)
-        axis.axhline(mean, color="0.3", lw=1, ls="--")
-        axis.vlines(
-            rows["task_deg"], 0, rows["error_cm"], color=COLOURS[method], lw=2.5
-        )
-        met = rows[rows["touched"]]
-        axis.plot(met["task_deg"], met["error_cm"], "kx", ms=5)
+        _draw_errors(axis, rows, COLOURS[method])
         _mark_jumps(axis, experiment)
-        axis.set_title(f"{method}: {mean:.2f} ± {std:.2f} cm", loc="left")
-        axis.set(ylabel="error (cm)", xticks=range(0, 361, 60), xlim=(-3, 363))
-    axes[1].set_xlabel("task angle (degrees)")
-    axes[0].set_ylim(bottom=0)
+        mean, std, median = _moments(rows["error_cm"])
+        spread = f"mean {mean:.2f} ± {std:.2f} cm, median {median:.2f} cm"
+        axis.set_title(f"{method}: {spread}", loc="left")
+        axis.set_ylabel("error (cm)")
+        rug.hlines(rows["error_cm"], 0, 1, color=COLOURS[method], lw=0.6, alpha=0.6)
+        rug.set_axis_off()
+    shown = executed.loc[executed["method"].isin(METHODS), "error_cm"]
+    axes[0, 0].set(yscale="log", ylim=(shown.min() / 1.3, shown.max() * 1.3))
+    axes[0, 0].yaxis.set_major_formatter("{x:g}")
+    axes[1, 0].set(xticks=range(0, 361, 60), xlim=(-3, 363))
+    axes[1, 0].set_xlabel("task angle (degrees)")
+    _name_marks(figure, axes[:, 0])
     return figure
+
+
+def _moments(errors: pd.Series) -> tuple[float, float, float]:
+    """Return mean, standard deviation and median."""
+    return errors.mean(), errors.std(), errors.median()
+
+
+def _draw_errors(axis: Axes, rows: pd.DataFrame, colour: str) -> None:
+    """Draw the errors of one method over the tasks, and what sums them up."""
+    mean, std, median = _moments(rows["error_cm"])
+    low = max(mean - std, 1e-9)  # a logarithm's axis has no zero
+    axis.axhspan(low, mean + std, color="0.9", lw=0, zorder=0, label="mean ± std")
+    axis.axhline(mean, color="0.3", lw=1, ls="--", label="mean")
+    axis.axhline(median, color="0.3", lw=1, label="median")
+    ways: Any = (
+        (False, "o", 3.5, "touched nothing"),
+        (True, "x", 4.5, "met an obstacle"),
+    )
+    for touched, marker, size, label in ways:
+        here = rows[rows["touched"] == touched]
+        if len(here):
+            place = here["task_deg"], here["error_cm"]
+            axis.plot(*place, marker, color=colour, ms=size, label=label)
+
+
+def _name_marks(figure: Figure, axes: Iterable[Axes]) -> None:
+    """Write one legend for several panels, below them."""
+    named: dict[str, Any] = {}
+    for axis in axes:
+        for handle, label in zip(*axis.get_legend_handles_labels(), strict=True):
+            named.setdefault(label, handle)
+    figure.legend(
+        named.values(), named.keys(), loc="outside lower center", ncols=len(named)
+    )
 
 
 def _mark_jumps(axis: Axes, experiment: Experiment) -> None:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from msc.arm import Arm
 from msc.evaluation import Experiment
@@ -21,6 +22,7 @@ from msc.marks import (
     uprights,
     world_panel,
 )
+from msc.plots import METHODS
 from msc.plots_world import draw_world
 from msc.scrubber import Mark, Panel, Scrubber, choose_ticks
 
@@ -46,7 +48,7 @@ def scrub_execution(experiment: Experiment, *, every: int = 2) -> Scrubber:
     -------
     Scrubber
         Three panels: the arm, one policy weight over the tasks, the execution errors.
-        At first it shows the task that the single regression misses most.
+        At first it shows the task whose error by the single regression is their median.
     """
     shown = slice(None, None, every)
     degrees = experiment.test_table["task_deg"].to_numpy()[shown]
@@ -73,7 +75,7 @@ def scrub_execution(experiment: Experiment, *, every: int = 2) -> Scrubber:
         + ", ".join(f"{name} {error_cm[name][k]:.2f} cm" for name in WAYS)
         for k in range(len(degrees))
     ]
-    first = int(error_cm["single regression"].argmax())
+    first = find_median(error_cm["single regression"])
     return Scrubber(
         name="task angle",
         labels=[f"{angle:g} degrees" for angle in degrees],
@@ -89,6 +91,27 @@ def scrub_execution(experiment: Experiment, *, every: int = 2) -> Scrubber:
         n_times=moving["charts"].shape[1],
         legend={name: str(look["colour"]) for name, look in WAYS.items()},
     )
+
+
+def find_median(errors: ArrayLike) -> int:
+    """Find whose error is the median one.
+
+    Parameters
+    ----------
+    errors : array_like of shape (n_tasks,)
+        Any numbers; of an even count the lower of the two in the middle.
+
+    Returns
+    -------
+    int
+        Its index.
+
+    Examples
+    --------
+    >>> find_median([9.0, 1.0, 2.0, 3.0])
+    2
+    """
+    return int(np.argsort(errors, kind="stable")[(np.size(errors) - 1) // 2])
 
 
 def _arm_panel(
@@ -138,23 +161,27 @@ def _weight_panel(
 
 def _error_panel(degrees: NDArray[Any], error_cm: dict[str, NDArray[Any]]) -> Panel:
     """Show how far from the target movements end, over the tasks."""
-    top = 1.05 * max(error.max() for error in error_cm.values())
-    marks = [uprights(degrees)]
-    for name in ("single regression", "charts"):
-        points = np.c_[degrees, error_cm[name]]
+    logs = {name: np.log10(error_cm[name]) for name in METHODS}
+    low = min(float(log.min()) for log in logs.values()) - 0.1
+    high = max(float(log.max()) for log in logs.values()) + 0.1
+    marks = [uprights(degrees, low)]
+    for name, log in logs.items():
+        points = np.c_[degrees, log]
         look = WAYS[name] | {"width": 1.5}
         marks += [Mark("line", points, **look)]
         here = [[point] for point in points]
         marks.append(Mark("dots", here, "step", colour=WAYS[name]["colour"], width=4.5))
+    decades = range(math.ceil(low), math.floor(high) + 1)
     return Panel(
         "The execution error over the task angle, with the chosen task marked.",
         (0, 360),
-        (0, float(top)),
+        (low, high),
         marks,
         aspect=FLAT,
         **TASK_AXIS,
         y_label="execution error (cm)",
-        y_ticks=choose_ticks(0, float(top)),
+        y_ticks=tuple(map(float, decades)),
+        y_names=tuple(f"{10.0**decade:g}" for decade in decades),
     )
 
 
@@ -165,7 +192,7 @@ def _poster(
     """Draw one step as a picture."""
     figure, axis = plt.subplots(figsize=(4.2, 4.2))
     draw_world(axis, experiment.workspace)
-    axis.plot(*experiment.workspace.target(angle), "o", color="red", ms=8)
+    axis.plot(*experiment.workspace.target(angle), "o", color=GOAL, ms=8)
     for name, film in moving.items():
         axis.plot(*film[step, :, -1].T, ls="--", lw=1, color=WAYS[name]["colour"])
         axis.plot(

@@ -12,7 +12,7 @@ from matplotlib.ticker import NullLocator
 from numpy.typing import NDArray
 
 from msc.looks import COLOURS, COUNTS, LOOKS, SMALL, styled
-from msc.study_tables import SIGNS, WORLDS, compare_cells
+from msc.study_tables import PLAIN, SIGNS, WORLDS, compare_cells
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,7 +27,6 @@ def plot_sample_sizes(
     *studies: Study,
     measures: Sequence[str] = ("mse, gate learned",),
     methods: Sequence[str] = PAPER,
-    labels: Sequence[str] = (),
     design: str = "even",
     verdicts: bool = True,
 ) -> Figure:
@@ -41,8 +40,6 @@ def plot_sample_sizes(
         One row of panels each; all panels of a row have the same scale.
     methods : sequence of str, default=PAPER
         The lines.
-    labels : sequence of str, optional
-        Names of the rows' axes; by default the measures.
     design : {"even", "uniform", "nonuniform"}, default="even"
         How training tasks were drawn.
     verdicts : bool, default=True
@@ -54,7 +51,7 @@ def plot_sample_sizes(
     Figure
         The drawing; bands are 95 % intervals.
     """
-    figure, axes = _panels(studies, labels or measures, 3.0 * len(measures) + 0.6)
+    figure, axes = _panels(studies, measures, 3.0 * len(measures) + 0.6)
     for column, study in zip(axes.T, studies, strict=True):
         cells = [cell for cell in study["cells"] if cell["design"] == design]
         for axis, measure in zip(column, measures, strict=True):
@@ -68,12 +65,40 @@ def plot_sample_sizes(
     return figure
 
 
+def name_measure(measure: str) -> str:
+    """Say in plain words what an axis shows, with the unit if there is one.
+
+    Parameters
+    ----------
+    measure : str
+        As studies name it, see `msc.study`.
+
+    Returns
+    -------
+    str
+        Its name; policy weights have no unit.
+
+    Examples
+    --------
+    >>> name_measure("error_cm")
+    'distance at the end (cm)'
+    >>> print(name_measure("mse, chart known"))
+    mean squared error
+    of policies, chart known
+    """
+    kind, comma, reading = measure.partition("mse, ")
+    if not comma:
+        return PLAIN.get(measure, measure)
+    of = "standardised policies" if kind else "policies"
+    return f"mean squared error\nof {of}, {reading}"
+
+
 def _panels(
-    studies: Sequence[Study], labels: Sequence[str], height: float
+    studies: Sequence[Study], measures: Sequence[str], height: float
 ) -> tuple[Figure, NDArray[Any]]:
-    """Lay out one row of panels a label, on one scale, and one column a study."""
+    """Lay out one row of panels a measure, on one scale, and one column a study."""
     figure, axes = plt.subplots(
-        len(labels),
+        len(measures),
         len(studies),
         figsize=(3.7 * len(studies), height),
         sharex=True,
@@ -82,8 +107,8 @@ def _panels(
     )
     for axis, study in zip(axes[0], studies, strict=True):
         axis.set_title(WORLDS[study["workspace"]])
-    for axis, label in zip(axes[:, 0], labels, strict=True):
-        axis.set_ylabel(label)
+    for axis, measure in zip(axes[:, 0], measures, strict=True):
+        axis.set_ylabel(name_measure(measure))
     return figure, axes
 
 
@@ -142,7 +167,9 @@ def plot_sweep(*studies: Study, measures: Sequence[str]) -> Figure:
     Figure
         The drawing; one line a number of training tasks, bands are 95 % intervals.
     """
-    figure, axes = _panels(studies, measures, 2.6 * len(measures))
+    figure, axes = _panels(
+        studies, [name_measure(one) for one in measures], 2.6 * len(measures)
+    )
     for column, study in zip(axes.T, studies, strict=True):
         sweep = pd.DataFrame(study["sweep"])
         for axis, measure in zip(column, measures, strict=True):
