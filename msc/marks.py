@@ -19,7 +19,7 @@ TASK_AXIS: dict[str, Any] = {
     "x_label": "task angle (degrees)",
     "x_ticks": (0, 90, 180, 270, 360),
 }
-WEIGHT_NAMES = ("w1x", "w2x", "w3x", "w1y", "w2y", "w3y")
+WEIGHT_NAMES = ("w₁ˣ", "w₂ˣ", "w₃ˣ", "w₁ʸ", "w₂ʸ", "w₃ʸ")  # as `WEIGHT_LABELS`
 
 
 def mark_world(workspace: Workspace) -> list[Mark]:

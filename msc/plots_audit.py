@@ -124,13 +124,15 @@ def plot_curves(*tables: pd.DataFrame, names: tuple[str, ...]) -> Figure:
         points = axis.scatter(
             *flat.T, c=table["task_deg"], cmap="viridis", s=9, zorder=3
         )
-        for place in (0, -1):
+        for place, across in ((0, -1), (-1, 1)):  # below left, above right
             angle = table["task_deg"].iloc[place]
             axis.annotate(
                 f"{angle:g}°",
                 flat[place],
-                (5, 5),
+                (5 * across, 5 * across),
                 textcoords="offset points",
+                ha="left" if across > 0 else "right",
+                va="bottom" if across > 0 else "top",
                 fontweight="bold",
             )
         axis.set(title=name, xlabel="1st component")

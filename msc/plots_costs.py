@@ -19,8 +19,8 @@ _WAYS = {
     "raw_steps": "raw steps",
     "own_steps": "own steps",
     "search": "rollout in the search",
-    "floats": "loop, floats",
-    "naive": "loop, NumPy",
+    "floats": "Python loop, floats",
+    "naive": "Python loop, NumPy",
 }
 _Figures = Mapping[str, Any]
 
@@ -45,7 +45,7 @@ def plot_costs(
         that a task takes over the number of tasks searched together.
     """
     figure, (ways, growth) = plt.subplots(
-        1, 2, figsize=(7.4, 3.0), width_ratios=(1.15, 1)
+        1, 2, figsize=(7.4, 3.5), width_ratios=(1.15, 1)
     )
     _draw_ways(ways, figures)
     _draw_growth(growth, figures, tables or {})
@@ -85,7 +85,7 @@ def _draw_ways(axis: Axes, figures: _Figures) -> None:
     axis.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
     axis.set_xticks([], minor=True)
     axis.set_yticks(range(len(ways)), [_WAYS[way] for way in ways])
-    axis.set(ylim=(-0.5, len(ways) - 0.5), xlabel="time, in units of raw steps")
+    axis.set(ylim=(-0.5, len(ways) - 0.5), xlabel="time (multiples of raw steps)")
     axis.set_title("one rollout", loc="left")
     axis.legend(loc="upper right")
 
@@ -99,14 +99,19 @@ def _draw_growth(
         {(run["n_tasks"], run["evaluations_per_task"]) for run in growth["runs"]}
     )
     look = WORLDS[growth["workspace"]]
-    axis.plot(*np.transpose(runs), ms=5, label=f"{growth['workspace']}, bench", **look)
+    axis.plot(
+        *np.transpose(runs),
+        ms=5,
+        label=f"{growth['workspace']}, benchmark's circle",
+        **look,
+    )
     for world, searched in figures["searches"].items():
         axis.plot(
             1,
             searched["evaluations_per_task"],
             ls="",
             mfc="none",
-            label=f"{world}, alone",
+            label=f"{world}, one task alone",
             **WORLDS[world],
         )
     for world, table in tables.items():
@@ -116,7 +121,7 @@ def _draw_growth(
             ls="",
             ms=8,
             mec="black",
-            label=f"{world}, data/",
+            label=f"{world}, the data set",
             **WORLDS[world],
         )
     counts = sorted({1, *(n for n, _ in runs), *map(len, tables.values())})
@@ -126,7 +131,9 @@ def _draw_growth(
     axis.set(xlabel="tasks searched together", ylabel="rollouts per task")
     axis.set_title("one task", loc="left")
     axis.set_ylim(bottom=0)
-    axis.legend(ncols=2, loc="lower center")
+    axis.figure.legend(
+        *axis.get_legend_handles_labels(), ncols=3, loc="outside lower right"
+    )
 
 
 def _within(tick: float, axis: Axes) -> bool:

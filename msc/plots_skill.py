@@ -88,14 +88,16 @@ def plot_composition(
     bars.bar(range(len(mean[0])), mean[0], yerr=2 * std[0], **look)
     bars.set_axisbelow(True)
     bars.axhline(0, color="0.3", lw=0.8)
+    bars.plot(weight, mean[0, weight], "*", color=GOAL, ms=13, mec="white", zorder=5)
     bars.set_xticks(range(len(mean[0])), WEIGHT_LABELS)
     bars.set_title("4  the policy: six weights", loc="left")
     _draw_movement(plane, world, rollout, goal)
     plane.set_title(f"5  it ends {100 * rollout.error:.1f} cm off", loc="left")
-    _join(figure, task, goal, gate, (task_deg, 0.5))
-    predicted = mean[0, weight]
-    _join(figure, curve, (task_deg, predicted), bars, (weight, predicted))
+    _join(figure, task, goal, gate, (0, 0.5))
+    _join(figure, curve, (360, mean[0, weight]), bars, (5.6, 0.0), turn=-0.25)
     _join(figure, bars, (-0.6, 0.0), plane, goal)
+    layout: Any = figure.get_layout_engine()
+    layout.set(rect=(0, 0, 0.96, 1))  # the arrow beside the panels needs room
     return figure
 
 
@@ -123,7 +125,7 @@ def _draw_gate(axis: Axes, skill: ParameterizedSkill) -> None:
         if stop - start > 20:
             middle, text = (start + stop) / 2 * step, f"{chart + 1}"
             look: Any = {"ha": "center", "va": "center", "fontweight": "bold"}
-            box = {"boxstyle": "circle,pad=0.15", "fc": "white", "ec": "none"}
+            box = {"boxstyle": "circle,pad=0.1", "fc": "white", "ec": "none"}
             axis.text(middle, 0.5, text, fontsize=SMALL, bbox=box, **look)
     axis.set(xlim=(0, 360), ylim=(0, 1), yticks=())
     axis.tick_params(labelbottom=False)
@@ -151,10 +153,12 @@ def _draw_ground(axis: Axes, world: Workspace) -> None:
     axis.spines[["left", "bottom"]].set_visible(False)
 
 
-def _join(figure: Figure, one: Axes, here: Any, two: Axes, there: Any) -> None:
+def _join(
+    figure: Figure, one: Axes, here: Any, two: Axes, there: Any, *, turn: float = -0.15
+) -> None:
     """Draw an arrow from a place in one panel to a place in another."""
     look: Any = {"arrowstyle": "-|>", "mutation_scale": 12, "color": "0.35"}
-    bend: Any = {"connectionstyle": "arc3,rad=-0.15", "shrinkA": 9, "shrinkB": 9}
+    bend: Any = {"connectionstyle": f"arc3,rad={turn}", "shrinkA": 9, "shrinkB": 9}
     arrow = ConnectionPatch(
         here, there, one.transData, two.transData, zorder=10, **look, **bend
     )

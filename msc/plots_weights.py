@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from msc.arm import Arm, Rollout
 from msc.dmp import check_policies
 from msc.looks import GOAL, TRIO, styled
-from msc.marks import films, mark_world, world_panel
+from msc.marks import WEIGHT_NAMES, films, mark_world, world_panel
 from msc.plots_scrubber import FRAME
 from msc.plots_world import draw_arm, draw_world
 from msc.scrubber import Mark, Panel, Scrubber
@@ -53,16 +53,16 @@ def scrub_weight(
     policies = base + added[:, None] * np.eye(len(base))[weight]
     rollouts = arm.execute_many(policies, task_deg)
     costs = np.array([cost(rollout) for rollout in rollouts])
-    axis, number = "xy"[weight // arm.dmp.n_basis], weight % arm.dmp.n_basis + 1
+    called = WEIGHT_NAMES[weight]
     first = int(np.argmax(np.abs(added) == np.abs(added).max()))
     captions = [
-        f"w{number}{axis} = {policies[k, weight]:.1f} ({change:+.3g}): ends "
+        f"{called} = {policies[k, weight]:.1f} ({change:+.3g}): ends "
         f"{100 * rollout.error:.1f} cm from the goal, cost {costs[k]:.3f}."
         for k, (change, rollout) in enumerate(zip(added, rollouts, strict=True))
     ]
     moving = films(rollouts, arm.workspace, FRAME)
     return Scrubber(
-        name=f"change of w{number}{axis}",
+        name=f"change of {called}",
         labels=[f"{change:+.3g}" for change in added],
         captions=captions,
         panels=[

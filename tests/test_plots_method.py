@@ -107,10 +107,10 @@ def test_the_slider_changes_one_weight_alone(arm):
     for change, caption in zip(CHANGES, scrubber.captions, strict=True):
         rollout = arm.execute(base + change * np.eye(6)[4], TASK)
         assert caption == (
-            f"w2y = {4 + change:.1f} ({change:+.3g}): ends {100 * rollout.error:.1f} "
+            f"w₂ʸ = {4 + change:.1f} ({change:+.3g}): ends {100 * rollout.error:.1f} "
             f"cm from the goal, cost {cost(rollout):.3f}."
         )
-    assert scrubber.name == "change of w2y"
+    assert scrubber.name == "change of w₂ʸ"
     data = data_of(scrubber)
     plane, force, costs = data["panels"]
     assert len(data["labels"]) == 3
