@@ -83,7 +83,8 @@ def plot_elbows(*elbows: _Measured) -> Figure:
             axis.set_title(label, loc="left", fontsize=SMALL)
         column[0].set_title(measured["workspace"], loc="right", fontweight="bold")
         column[-1].set_xlabel("charts")
-    axes[0, -1].legend(loc="upper right", bbox_to_anchor=(1, 0.95))
+    named = axes[0, 0].get_legend_handles_labels()
+    figure.legend(*named, loc="outside lower center", ncols=4)
     figure.supylabel("share of the parts; curve, scaled", fontsize=9)
     return figure
 
@@ -122,9 +123,16 @@ def _draw_reading(axis: Axes, reading: Mapping[str, Any]) -> None:
     counts = np.arange(1, len(curve) + 1)
     height = (curve - curve.min()) / (np.ptp(curve) or 1.0)
     times = np.array([reading["resampled"].get(f"{count}", 0) for count in counts])
-    axis.bar(counts, times / max(times.sum(), 1), color="0.78", label="parts")
+    axis.bar(
+        counts,
+        times / max(times.sum(), 1),
+        color="0.78",
+        label="share of the parts that pick it",
+    )
     axis.axvline(PAPER, color="0.3", ls=":", lw=1, label="the paper's number")
-    axis.plot(counts, height, "o-", ms=3, color=TRIO[0], label="curve")
+    axis.plot(
+        counts, height, "o-", ms=3, color=TRIO[0], label="curve, scaled to its range"
+    )
     axis.plot(
         picked,
         height[picked - 1],
@@ -132,7 +140,7 @@ def _draw_reading(axis: Axes, reading: Mapping[str, Any]) -> None:
         ms=7,
         color=TRIO[1],
         mec="black",
-        label="picked",
+        label="picked on all tasks",
     )
     axis.yaxis.set_major_formatter(PercentFormatter(1))
     axis.set_axisbelow(True)

@@ -10,7 +10,7 @@ from scipy.sparse.csgraph import connected_components
 from sklearn.decomposition import PCA
 
 from msc.looks import CHART_COLOURS, TRIO
-from msc.marks import FLAT, TASK_AXIS
+from msc.marks import FLAT, TASK_AXIS, WEIGHT_NAMES
 from msc.plots_graph import CLOSE, edges, plot_graph
 from msc.scrubber import Mark, Panel, Scrubber, choose_ticks
 from msc.smce import SMCE
@@ -159,7 +159,7 @@ def scrub_charts(
                 _chart_dots(np.c_[degrees, values], labels, MAX_CHARTS, width=2.0),
                 aspect=FLAT,
                 **TASK_AXIS,
-                y_label="policy weight",
+                y_label=f"policy weight {WEIGHT_NAMES[weight]}",
                 y_ticks=choose_ticks(*_range(values)),
             ),
             _elbow_panel(curve),

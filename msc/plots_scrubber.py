@@ -33,6 +33,8 @@ WAYS: dict[str, dict[str, Any]] = {
     "charts": {"colour": COLOURS["charts"], "width": 3.0},
 }
 
+DASHES = {"single regression": (5.0, 3.0), "charts": ()}
+
 
 def scrub_execution(experiment: Experiment, *, every: int = 2) -> Scrubber:
     """Let the reader drag the task and see searched and predicted movements.
@@ -167,7 +169,7 @@ def _error_panel(degrees: NDArray[Any], error_cm: dict[str, NDArray[Any]]) -> Pa
     marks = [uprights(degrees, low)]
     for name, log in logs.items():
         points = np.c_[degrees, log]
-        look = WAYS[name] | {"width": 1.5}
+        look = WAYS[name] | {"width": 1.5, "dash": DASHES[name]}
         marks += [Mark("line", points, **look)]
         here = [[point] for point in points]
         marks.append(Mark("dots", here, "step", colour=WAYS[name]["colour"], width=4.5))
