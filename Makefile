@@ -39,12 +39,12 @@ twice: $(STAMP) ## build the book again elsewhere and compare all bytes
 	@$(BIN) -m msc twice --profile $(PROFILE) --jobs $(JOBS)
 
 test: $(STAMP) ## run all tests but those in a browser
-	@$(BIN) -m pytest
+	@$(BIN) -m pytest --numprocesses $(JOBS) --dist loadfile
 	@echo "$(if $(CHROMIUM),Not run here:,There is no chromium on the PATH; left out:) \
 	the tests of the built book in a browser (make book test-browser)."
 
 test-browser: $(STAMP) ## look at the built book in Chromium: every page, slider, link
-	@CHROMIUM="$(CHROMIUM)" $(BIN) -m pytest tests/browser
+	@CHROMIUM="$(CHROMIUM)" $(BIN) -m pytest --numprocesses $(JOBS) tests/browser
 
 lint: $(STAMP) ## check style, types, docstrings, and that notebooks carry no outputs
 	@$(BIN) -m ruff check
