@@ -213,14 +213,16 @@ def _draw_errors(axis: Axes, rows: pd.DataFrame, colour: str) -> None:
 
 
 def _name_marks(figure: Figure, axes: Iterable[Axes]) -> None:
-    """Write one legend for several panels, below them."""
+    """Write one legend for several panels, below them, in the colour of none."""
     named: dict[str, Any] = {}
     for axis in axes:
         for handle, label in zip(*axis.get_legend_handles_labels(), strict=True):
             named.setdefault(label, handle)
-    figure.legend(
+    legend = figure.legend(
         named.values(), named.keys(), loc="outside lower center", ncols=len(named)
     )
+    for line in legend.get_lines():
+        line.set_color("0.3")
 
 
 def _mark_jumps(axis: Axes, experiment: Experiment) -> None:

@@ -8,6 +8,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
 from sklearn.decomposition import PCA
 
 from msc.jumps import find_jumps, step_sizes
@@ -134,6 +135,8 @@ def plot_curves(*tables: pd.DataFrame, names: tuple[str, ...]) -> Figure:
                 ha="left" if across > 0 else "right",
                 va="bottom" if across > 0 else "top",
                 fontweight="bold",
+                path_effects=[withStroke(linewidth=2.5, foreground="white")],
+                zorder=4,
             )
         axis.set(title=name, xlabel="1st component")
     axes[0, 0].set_ylabel("2nd component")

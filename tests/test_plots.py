@@ -35,6 +35,11 @@ def test_every_executed_task_is_a_mark_and_a_line_of_the_rug(found):
         assert low < errors.min() <= errors.max() < high
 
 
+def test_the_legend_of_both_methods_has_the_colour_of_neither(found):
+    (legend,) = plot_execution(found).legends
+    assert {line.get_color() for line in legend.get_lines()} == {"0.3"}
+
+
 def test_residuals_stand_below_a_dimension_that_is_alone(found):
     *_, single, charts = plot_manifold(found, [2]).axes
     for axis, method in ((single, "single regression"), (charts, "charts")):
