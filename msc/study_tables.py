@@ -54,6 +54,24 @@ def compare_cells(
     return pd.DataFrame(rows, columns=names)
 
 
+def comparison_table(*found: Comparison) -> pd.DataFrame:
+    """Show comparisons one below the other.
+
+    Parameters
+    ----------
+    *found : Comparison
+        The charts with other methods, on one training set.
+
+    Returns
+    -------
+    DataFrame
+        One row a comparison; the last column is as in `ratio_table`.
+    """
+    rows = [(one.measure, one.baseline, _cell(one)) for one in found]
+    names = ["measure", "charts over", "ratio [95 % interval]"]
+    return pd.DataFrame(rows, columns=names).set_index("measure")
+
+
 def ratio_table(
     *studies: dict[str, Any],
     measures: Sequence[str],
@@ -213,6 +231,6 @@ def gate_shares(*studies: dict[str, Any]) -> pd.DataFrame:
 
 
 def _cell(found: Comparison) -> str:
-    """Write a comparison into a cell."""
+    """Write a comparison into a cell, on one line."""
     ratio, low, high = (rounded(one, 2) for one in (found.ratio, found.low, found.high))
-    return f"{SIGNS[found.verdict]} {ratio} [{low}, {high}]"
+    return f"{SIGNS[found.verdict]} {ratio} [{low}, {high}]".replace(" ", "\N{NBSP}")

@@ -1,9 +1,13 @@
+from dataclasses import replace
+
 import pytest
 
+from msc.comparison import Comparison
 from msc.plots_study import plot_sample_sizes, plot_sweep
 from msc.sampling import draw_samples
 from msc.study_tables import (
     compare_cells,
+    comparison_table,
     gate_shares,
     kernel_table,
     ratio_table,
@@ -56,7 +60,11 @@ def test_a_table_says_which_method_wins_at_each_size():
     assert table.index.tolist() == [8, 24, 72]
     assert table["without obstacles"].columns.tolist() == list(BASELINES)
     row = table.loc[24, "with obstacles"].tolist()
-    assert row == ["● 0.5 [0.45, 0.6]", "○ 1 [0.9, 1.2]", "✕ 2 [1.8, 2.4]"]
+    assert row == [
+        "●\N{NBSP}0.5\N{NBSP}[0.45,\N{NBSP}0.6]",
+        "○\N{NBSP}1\N{NBSP}[0.9,\N{NBSP}1.2]",
+        "✕\N{NBSP}2\N{NBSP}[1.8,\N{NBSP}2.4]",
+    ]
 
 
 def test_charts_with_another_kernel_have_ratios_of_their_own():
@@ -65,9 +73,12 @@ def test_charts_with_another_kernel_have_ratios_of_their_own():
     cells = [{**cell(24), "ratios": [*cell(24)["ratios"], ratio]}]
     what = {"measures": ["mse, gate learned"], "baselines": ["CrKr"]}
     found = {**free, "cells": cells}
-    assert ratio_table(found, **what).loc[24, "CrKr"] == "○ 1 [0.9, 1.2]"
+    assert (
+        ratio_table(found, **what).loc[24, "CrKr"]
+        == "○\N{NBSP}1\N{NBSP}[0.9,\N{NBSP}1.2]"
+    )
     table = ratio_table(found, **what, method="charts, Matérn")
-    assert table.loc[24, "CrKr"] == "✕ 3 [2, 4]"
+    assert table.loc[24, "CrKr"] == "✕\N{NBSP}3\N{NBSP}[2,\N{NBSP}4]"
 
 
 def test_kernels_are_compared_like_with_like_and_across():
@@ -80,8 +91,22 @@ def test_kernels_are_compared_like_with_like_and_across():
     across = ratios[1] | {"method": "charts", "ratio": 0.5, "low": 0.5, "high": 0.5}
     found = {**free, "cells": [{**cell(24), "ratios": [*ratios, across]}]}
     row = kernel_table(found, measure="error_cm").loc[24].tolist()
-    assert row == ["✕ 2 [2, 2]", "✕ 3 [3, 3]", "● 0.5 [0.5, 0.5]"]
+    assert row == [
+        "✕\N{NBSP}2\N{NBSP}[2,\N{NBSP}2]",
+        "✕\N{NBSP}3\N{NBSP}[3,\N{NBSP}3]",
+        "●\N{NBSP}0.5\N{NBSP}[0.5,\N{NBSP}0.5]",
+    ]
     assert kernel_table(found, obstacles).columns.nlevels == 2
+
+
+def test_comparisons_stand_below_one_another():
+    one = Comparison("MSE", "charts", "CrKr", 0.5, 0.4, 0.7)
+    table = comparison_table(one, replace(one, measure="error", high=1.5))
+    assert table.index.tolist() == ["MSE", "error"]
+    assert table.iloc[:, -1].tolist() == [
+        "●\N{NBSP}0.5\N{NBSP}[0.4,\N{NBSP}0.7]",
+        "○\N{NBSP}0.5\N{NBSP}[0.4,\N{NBSP}1.5]",
+    ]
 
 
 def test_what_is_the_same_in_all_columns_is_left_out():
