@@ -6,6 +6,7 @@ solved together, so that solvers are called seldom and memory stays bounded.
 
 from __future__ import annotations
 
+import contextlib
 import warnings
 
 import cvxpy as cp
@@ -22,7 +23,7 @@ _FEW = (
     100  # points; up to here cvxpy, which needs some hundredths of a second for so many
 )
 _ZERO = 1e-10  # coefficients; the solver leaves about 1e-13 where the optimum has 0
-_COPY = 1e-10  # of the furthest neighbour's distance: nearer ones are the same point
+_COPY = 1e-10  # of two distances: the furthest neighbour's, and the point's from zero
 _TOLERANCES = {
     f"{kind}tol_{of}": value
     for kind, value in (("", 1e-12), ("reduced_", 1e-8))  # if rounding stops it early
@@ -72,8 +73,9 @@ def reconstruct(
     neighbour, so that the solver's tolerance of 1e-12 binds all of them and not only
     their sum. More points are solved by `msc.interior`, where calling a solver takes no
     time, and cvxpy gets what cannot be certified there: very small penalties. A point
-    with exact copies among its neighbours is reconstructed by these in equal shares, at
-    no cost.
+    with copies among its neighbours is reconstructed by these in equal shares, at no
+    cost. Copies are at most 1e-10 of the furthest neighbour's distance away, and of the
+    point's own distance from zero: beside a far outlier, near points are no copies.
 
     Examples
     --------
@@ -89,9 +91,7 @@ def reconstruct(
     array([0.5, 0.5])
     """
     parts = [
-        _reconstruct(
-            X[neighbors[chunk]] - X[chunk, None], regularization, is_normalized
-        )
+        _reconstruct(X[chunk], X[neighbors[chunk]], regularization, is_normalized)
         for chunk in np.split(np.arange(len(X)), range(_CHUNK, len(X), _CHUNK))
     ]
     coef, distances, objective = map(np.concatenate, zip(*parts, strict=True))
@@ -99,11 +99,13 @@ def reconstruct(
 
 
 def _reconstruct(
-    differences: Array, regularization: float, is_normalized: bool
+    points: Array, others: Array, regularization: float, is_normalized: bool
 ) -> tuple[Array, Array, Array]:
-    """Do it for one chunk, given the differences of neighbours and points."""
+    """Do it for one chunk, given its points and their neighbours."""
+    differences = others - points[:, None]
     distances = np.linalg.norm(differences, axis=2)
-    copies = distances <= _COPY * distances.max(axis=1, keepdims=True)
+    extent = np.minimum(distances.max(axis=1), np.linalg.norm(points, axis=1))
+    copies = distances <= _COPY * extent[:, None]
     columns = differences.transpose(0, 2, 1)  # (n_points, n_features, n_neighbors)
     if is_normalized:
         columns = columns / np.where(copies, np.inf, distances)[:, None]
@@ -141,7 +143,8 @@ def _state(columns: Array, penalty: Array) -> Array:
     program = cp.Problem(cp.Minimize(cost), [sums @ c == 1])  # Eq. 3, for all i
     with warnings.catch_warnings():  # the reduced tolerances are accurate enough
         warnings.filterwarnings("ignore", "Solution may be inaccurate", UserWarning)
-        program.solve(solver=cp.CLARABEL, **_TOLERANCES)
+        with contextlib.suppress(cp.SolverError):  # then there is no optimum either
+            program.solve(solver=cp.CLARABEL, **_TOLERANCES)
     if program.status not in (cp.OPTIMAL, cp.OPTIMAL_INACCURATE):
         raise ValueError(
             f"The solver found no reconstruction (status {program.status!r}). "

@@ -7,9 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import issparse
-from sklearn.utils.validation import validate_data
+from sklearn.utils.validation import assert_all_finite, validate_data
 
 Array = NDArray[np.float64]
+
+MAGNITUDES = (1e-100, 1e100)
+"""Of values whose sums of squares are sure to be neither infinite nor lost."""
 
 
 def validate_points(estimator: Any, X: Any, **options: Any) -> Array:
@@ -75,14 +78,82 @@ def validate_pairs(estimator: Any, X: Any, y: Any) -> tuple[Array, Array]:
         X, y = validate_data(
             estimator, X, y, dtype=np.float64, multi_output=True, y_numeric=True
         )
-        return X, np.asarray(y, dtype=np.float64)
-    except ValueError as error:
+        with np.errstate(over="ignore"):
+            policies = np.asarray(y, dtype=np.float64)
+    except (ValueError, OverflowError) as error:
         validate_points(estimator, X)
         raise _named("y", error) from None
+    assert_all_finite(policies, input_name="y")
+    return X, policies
 
 
-def _named(argument: str, error: ValueError) -> ValueError:
+def validate_cost(cost: Any, n_tasks: int) -> Array:
+    """Return the costs, or raise a ValueError that names what is wrong with them.
+
+    Parameters
+    ----------
+    cost : array-like of shape (n_tasks,)
+        What each training policy cost.
+    n_tasks : int
+        Number of tasks.
+
+    Returns
+    -------
+    ndarray of shape (n_tasks,)
+        The same, as floats.
+
+    Raises
+    ------
+    ValueError
+        If they are not positive finite numbers, one a task.
+    """
+    try:
+        costs = np.asarray(cost, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"cost must hold numbers: {error}") from None
+    if costs.shape != (n_tasks,):
+        raise ValueError(
+            f"cost must have shape ({n_tasks},), one entry per task. "
+            f"Got shape {costs.shape}."
+        )
+    bad = costs[~(np.isfinite(costs) & (costs > 0))]
+    if bad.size:
+        raise ValueError(f"cost must be positive and finite. Got {bad[0]}.")
+    return costs
+
+
+def check_magnitude(argument: str, values: Array) -> None:
+    """Refuse values of which squares overflow or vanish.
+
+    Parameters
+    ----------
+    argument : str
+        What the caller knows them as.
+    values : ndarray
+        Finite numbers.
+
+    Raises
+    ------
+    ValueError
+        If the largest magnitude is beyond 1e100, or below 1e-100 and not zero.
+
+    Examples
+    --------
+    >>> check_magnitude("y", np.array([0.0, -2.0]))
+    """
+    largest = values.flat[np.abs(values).argmax()]
+    lowest, highest = MAGNITUDES
+    if largest and not lowest <= abs(largest) <= highest:
+        raise ValueError(
+            f"{argument} must have its largest magnitude from {lowest:g} to "
+            f"{highest:g}, or squares leave the floats: rescale it. Got {largest:g}."
+        )
+
+
+def _named(argument: str, error: ValueError | OverflowError) -> ValueError:
     """Name the argument in NumPy's complaint about what is no number."""
+    if isinstance(error, OverflowError):
+        return ValueError(f"{argument} must hold floats: {error}")
     if str(error).startswith("could not convert"):
         return ValueError(f"{argument} must hold numbers: {error}")
     return error

@@ -3,11 +3,13 @@
 import cvxpy as cp
 import numpy as np
 import pytest
+from scipy.spatial.distance import cdist
 
 import msc.interior
 import msc.reconstruction
 from msc.interior import minimize_programs
 from msc.reconstruction import reconstruct
+from msc.tables import load_dataset
 
 
 @pytest.fixture(params=["few", "many"])
@@ -71,6 +73,46 @@ def test_objectives_are_those_of_another_solver(number, is_normalized, solver):
         for x, others in zip(X, neighbors, strict=True)
     ]
     np.testing.assert_allclose(objective, expected, rtol=1e-6)
+
+
+def solve_on_support(columns, penalty, c):
+    """Solve the conditions of optimality, given which coefficients vanish.
+
+    They are sufficient, so that what they hold of is the optimum; None if they fail.
+    """
+    for least in np.logspace(-10, -3, 8):
+        support = abs(c) > least
+        kept, signs = columns[:, support], np.sign(c[support])
+        ones = np.ones((1, len(signs)))
+        system = np.block([[kept.T @ kept, -ones.T], [ones, np.zeros((1, 1))]])
+        wanted = np.r_[-penalty[support] * signs, 1]
+        *found, level = np.linalg.lstsq(system, wanted, rcond=None)[0]
+        error = kept @ found
+        slack = penalty * (1 + 1e-9) - abs(columns.T @ error - level)
+        if (np.sign(found) == signs).all() and (slack >= 0).all():
+            return penalty[support] @ abs(np.array(found)) + error @ error / 2
+    return None
+
+
+@pytest.mark.parametrize("workspace", ["free", "obstacles"])
+@pytest.mark.parametrize("is_normalized", [True, False])
+@pytest.mark.parametrize("step", [1, 5])  # by interior points, and by cvxpy
+def test_on_the_policies_it_is_within_a_hundred_billionth(
+    workspace, is_normalized, step
+):
+    X = load_dataset(workspace)[1][::step]
+    neighbors = np.argsort(cdist(X, X), axis=1, kind="stable")[:, 1:21]
+    coef, distances, objective = reconstruct(
+        X, neighbors, regularization=10.0, is_normalized=is_normalized
+    )
+    penalty = 10 * distances / distances.sum(axis=1, keepdims=True)
+    columns = (X[neighbors] - X[:, None]).transpose(0, 2, 1)
+    if is_normalized:
+        columns = columns / distances[:, None]
+    expected = [
+        solve_on_support(*each) for each in zip(columns, penalty, coef, strict=True)
+    ]
+    np.testing.assert_allclose(objective, np.array(expected, float), rtol=1e-11)
 
 
 @pytest.mark.parametrize("chunk", [1, 7, 20, 30])

@@ -10,11 +10,16 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.sparse.csgraph import connected_components
 from sklearn.base import clone
-from sklearn.utils.estimator_checks import parametrize_with_checks
+from sklearn.metrics import adjusted_rand_score
+from sklearn.utils.estimator_checks import (
+    check_dataframe_column_names_consistency,
+    parametrize_with_checks,
+)
 
 import msc.spectral
 from msc.smce import SMCE
 from msc.spectral import elbow
+from msc.tables import load_dataset
 
 GOLDEN = Path(__file__).parent / "golden"
 FORMS = ("normalized", "raw")
@@ -129,6 +134,38 @@ def test_copies_reconstruct_each_other():
         )
         np.testing.assert_array_equal(model.objective_[:3], 0)
         assert (model.objective_[3:] > 0).all()
+
+
+@pytest.mark.parametrize("far", [1e6, 1e12, 1e60])
+def test_beside_a_far_point_only_copies_are_copies(far):
+    near = random_points(2, n_points=8)
+    X = np.r_[near, near[[0, 0]], [[far, 0, 0]]]
+    model = SMCE(1, max_clusters=1).fit(X)
+    shares = model.coef_.toarray()
+    np.testing.assert_array_equal(np.flatnonzero(shares[0]), [8, 9])
+    np.testing.assert_array_equal(model.objective_[[0, 8, 9]], 0)
+    assert (np.ptp(shares[1:8, :10], axis=1) > 0.1).all()
+    assert (model.objective_[1:8] > 0).all()
+
+
+def test_a_program_beyond_the_solver_is_reported():
+    X = np.r_[random_points(2, n_points=8), [[1e12, 0, 0]]]
+    with pytest.raises(ValueError, match="use form='normalized'"):
+        SMCE(1, form="raw").fit(X)
+
+
+@pytest.mark.parametrize("form", FORMS)
+@pytest.mark.parametrize("exponent", [-330, 330])
+def test_scale_is_exact_up_to_the_largest_magnitudes(form, exponent):
+    X = random_points(0)
+    one = SMCE(3, form=form, random_state=0)
+    other = clone(one).fit(np.ldexp(X, exponent))
+    if form == "raw":  # squares no longer count, or count alone
+        assert np.isfinite(other.objective_).all()
+        return
+    one.fit(X)
+    np.testing.assert_array_equal(other.labels_, one.labels_)
+    np.testing.assert_array_equal(other.coef_.data, one.coef_.data)
 
 
 # Properties
@@ -251,6 +288,17 @@ def test_interleaved_trefoil_knots_in_100_dimensions(regularization):
     X = np.r_[knot, turned] @ plane.T
     model = SMCE(2, regularization=regularization, n_neighbors=49, random_state=0)
     np.testing.assert_array_equal(model.fit_predict(X), np.repeat([0, 1], 75))
+
+
+@pytest.mark.parametrize("workspace", ["free", "obstacles"])
+def test_seeds_agree_on_the_policies(workspace):
+    policies = load_dataset(workspace)[1]
+    ours, *others = (SMCE(random_state=seed).fit(policies) for seed in range(6))
+    assert {other.n_clusters_ for other in others} == {ours.n_clusters_}
+    ours, *others = (
+        SMCE(4, random_state=seed).fit_predict(policies) for seed in range(6)
+    )
+    assert min(adjusted_rand_score(ours, other) for other in others) >= 0.95
 
 
 def test_labels_are_numbered_as_they_appear():
@@ -386,7 +434,8 @@ def test_parameters_out_of_range(parameters, message):
             "X must hold numbers: could not convert.*'start 1'",
         ),
         (random_points(0) + 1j, "Complex data not supported"),
-        (1e150 * line["X"].T, r"X must lie within 1e\+100 of zero.*Got -?\de\+1"),
+        (1e150 * line["X"].T, r"X must have its largest .* 1e\+100.*Got -?\de\+1"),
+        (1e-200 * random_points(0), r"X must have its largest .* 1e-100.*Got .*e-200"),
     ],
 )
 def test_points_out_of_range(X, message):
@@ -428,3 +477,7 @@ def test_pickle_and_clone():
 @parametrize_with_checks([SMCE()])
 def test_scikit_learn(estimator, check):
     check(estimator)
+
+
+def test_names_of_columns_are_kept_and_compared():
+    check_dataframe_column_names_consistency("SMCE", SMCE())
