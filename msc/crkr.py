@@ -17,7 +17,7 @@ from sklearn.base import BaseEstimator, MultiOutputMixin, RegressorMixin
 from sklearn.utils._param_validation import Interval
 from sklearn.utils.validation import check_is_fitted
 
-from msc.validation import validate_pairs, validate_points
+from msc.validation import MAGNITUDES, validate_cost, validate_pairs, validate_points
 
 __all__ = ["CrKR"]
 
@@ -126,14 +126,14 @@ class CrKR(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: ignore[mis
         """
         self._validate_params()
         X, y = validate_pairs(self, X, y)
-        cost = _check_cost(cost, len(X))
+        costs = np.ones(len(X)) if cost is None else validate_cost(cost, len(X))
         self.X_fit_ = X.copy()
         self.length_scale_, self.ridge_ = float(self.length_scale), float(self.ridge)
         if self.tune:
             self.length_scale_, self.ridge_ = _tune(
-                cdist(X, X, "sqeuclidean"), y.reshape(len(X), -1), cost
+                cdist(X, X, "sqeuclidean"), y.reshape(len(X), -1), costs
             )
-        gram = self._kernel(X) + self.ridge_ * np.diag(cost)
+        gram = self._kernel(X) + self.ridge_ * np.diag(costs)
         try:
             self._factor = cho_factor(gram, lower=True)
         except LinAlgError as error:
@@ -174,28 +174,13 @@ class CrKR(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: ignore[mis
         return np.asarray(np.exp(-squares / (2 * self.length_scale_**2)))
 
 
-def _check_cost(cost: Any, n_tasks: int) -> Array:
-    if cost is None:
-        return np.ones(n_tasks)
-    try:
-        costs = np.asarray(cost, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"cost must hold numbers: {error}") from None
-    if costs.shape != (n_tasks,):
-        raise ValueError(
-            f"cost must have shape ({n_tasks},), one entry per task. "
-            f"Got shape {costs.shape}."
-        )
-    bad = costs[~(np.isfinite(costs) & (costs > 0))]
-    if bad.size:
-        raise ValueError(f"cost must be positive and finite. Got {bad[0]}.")
-    return costs
-
-
 def _tune(squares: Array, policies: Array, cost: Array) -> tuple[float, float]:
     """Return the length scale and ridge of greatest marginal likelihood."""
     relative_cost = cost / cost.mean()
     targets = policies[:, policies.any(axis=0)]  # zero everywhere: fits any kernel
+    largest = np.abs(targets).max(axis=0)  # of no influence, but for their squares
+    is_safe = (MAGNITUDES[0] <= largest) & (largest <= MAGNITUDES[1])
+    targets = targets / np.where(is_safe, 1.0, largest)
     arguments = (squares, targets, relative_cost)
     starts = [
         min(

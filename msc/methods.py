@@ -12,16 +12,13 @@ from sklearn.cluster import KMeans
 from sklearn.compose import TransformedTargetRegressor
 from sklearn.dummy import DummyRegressor
 from sklearn.neighbors import KNeighborsRegressor
-from sklearn.utils.validation import (
-    check_is_fitted,
-    has_fit_parameter,
-    validate_data,
-)
+from sklearn.utils.validation import check_is_fitted, has_fit_parameter
 
 from msc.crkr import CrKR
 from msc.gaussian import gaussian_process
 from msc.skill import ParameterizedSkill
 from msc.smce import SMCE
+from msc.validation import validate_cost, validate_pairs, validate_points
 
 COMMON = (
     "charts",
@@ -77,8 +74,11 @@ def methods(n_charts: int | None = 4, seed: int = 0) -> dict[str, Any]:
 
     Notes
     -----
-    All regressions choose their hyper-parameters by marginal likelihood, with L-BFGS-B
-    from the same length scales and noises within the same bounds.
+    Gaussian processes and CrKr choose their hyper-parameters by marginal likelihood,
+    with L-BFGS-B from the same length scales and noises, and length scales within the
+    same bounds. A process's amplitude is bounded and its noise, of standardised
+    targets, at most 1; CrKr's signal variance is free, its targets are not centred and
+    its noise, relative to the signal, is at most 1e3. Both floors are 1e-8.
 
     Examples
     --------
@@ -144,7 +144,7 @@ def fit_methods(
     Raises
     ------
     ValueError
-        If a method is unknown, or the cost is not positive.
+        If a method is unknown, or the costs are not positive, one a task.
 
     Examples
     --------
@@ -157,10 +157,7 @@ def fit_methods(
     unknown = [name for name in wanted if name not in known]
     if unknown:
         raise ValueError(f"names={unknown} are no methods; wanted some of {METHODS}")
-    costs = np.asarray(cost, dtype=float)
-    if not (np.isfinite(costs).all() and (costs > 0).all()):
-        bad = costs[~(np.isfinite(costs) & (costs > 0))]
-        raise ValueError(f"cost must be positive and finite. Got {bad[0]}.")
+    costs = validate_cost(cost, len(np.asarray(X)))
     fitted = {}
     for name in wanted:
         takes_cost = has_fit_parameter(known[name], "cost")
@@ -213,9 +210,7 @@ class LinearInterpolation(MultiOutputMixin, RegressorMixin, BaseEstimator):  # t
         ValueError
             If there is more than one task parameter.
         """
-        X, y = validate_data(
-            self, X, y, dtype=np.float64, multi_output=True, y_numeric=True
-        )
+        X, y = validate_pairs(self, X, y)
         if X.shape[1] > 1:
             raise ValueError(f"X has {X.shape[1]} features; wanted one to walk along")
         self.tasks_, place = np.unique(X[:, 0], return_inverse=True)
@@ -239,7 +234,7 @@ class LinearInterpolation(MultiOutputMixin, RegressorMixin, BaseEstimator):  # t
             Predicted policies.
         """
         check_is_fitted(self)
-        X = validate_data(self, X, dtype=np.float64, reset=False)
+        X = validate_points(self, X, reset=False)
         columns = self.policies_.reshape(len(self.tasks_), -1).T
         found = [np.interp(X[:, 0], self.tasks_, column) for column in columns]
         return np.stack(found, axis=-1).reshape(len(X), *self.policies_.shape[1:])

@@ -14,7 +14,10 @@ from sklearn.base import clone
 from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import RBF
 from sklearn.kernel_ridge import KernelRidge
-from sklearn.utils.estimator_checks import parametrize_with_checks
+from sklearn.utils.estimator_checks import (
+    check_dataframe_column_names_consistency,
+    parametrize_with_checks,
+)
 
 from msc.crkr import CrKR, _negative_log_likelihood
 
@@ -155,6 +158,17 @@ def test_tuning_ignores_the_scale_of_policies_and_of_cost():
     np.testing.assert_allclose(7 * other.ridge_, one.ridge_, rtol=1e-3)
 
 
+@pytest.mark.parametrize("scale", [1e-300, 1e-200, 1e-120, 1e120, 1e150, 1e200])
+def test_tuning_finds_the_same_at_extreme_scales(scale):
+    one = CrKR(tune=True).fit(tasks, policies, cost)
+    other = CrKR(tune=True).fit(tasks, policies * [1.0, scale], cost)
+    np.testing.assert_allclose(other.length_scale_, one.length_scale_, rtol=1e-3)
+    np.testing.assert_allclose(other.ridge_, one.ridge_, rtol=1e-3)
+    np.testing.assert_allclose(
+        other.predict(new_tasks) / [1.0, scale], one.predict(new_tasks), atol=1e-3
+    )
+
+
 def test_tuning_beats_the_defaults():
     def error(model):
         truth = np.c_[np.sin(new_tasks), 3 * np.cos(2 * new_tasks)][5:-5]
@@ -283,6 +297,10 @@ def test_pickle_and_clone():
 @parametrize_with_checks([CrKR(), CrKR(tune=True)])
 def test_scikit_learn(estimator, check):
     check(estimator)
+
+
+def test_names_of_columns_are_kept_and_compared():
+    check_dataframe_column_names_consistency("CrKR", CrKR())
 
 
 def test_what_is_done_to_the_data_afterwards_changes_nothing():

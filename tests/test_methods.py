@@ -1,8 +1,10 @@
 import numpy as np
+import pandas as pd
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import interp1d
+from scipy.sparse import csr_array
 from sklearn.base import clone
 from sklearn.cluster import KMeans
 from sklearn.gaussian_process import GaussianProcessRegressor
@@ -14,6 +16,7 @@ from sklearn.gaussian_process.kernels import (
 )
 from sklearn.metrics import adjusted_rand_score
 from sklearn.svm import SVC
+from sklearn.utils.estimator_checks import parametrize_with_checks
 
 from msc.crkr import CrKR
 from msc.gaussian import gaussian_process
@@ -140,6 +143,11 @@ def test_a_cost_is_positive(bad):
         fit_methods(tasks, policies, np.where(cost == cost[3], bad, 1), names=["CrKr"])
 
 
+def test_there_is_a_cost_a_task():
+    with pytest.raises(ValueError, match=r"cost must have shape \(14,\), one entry"):
+        fit_methods(tasks, policies, cost[:-1], names=["mean policy"])
+
+
 # What needs no learning
 
 
@@ -186,6 +194,37 @@ def test_interpolation_has_one_task_parameter():
         LinearInterpolation().fit(tasks, policies).predict([[0.0, 1.0]])
     with pytest.raises(ValueError, match="Input y contains NaN"):
         LinearInterpolation().fit([[0.0], [1.0]], [0.0, np.nan])
+
+
+def test_interpolation_says_what_is_wrong_with_its_data():
+    model = LinearInterpolation().fit(tasks, policies)
+    with pytest.raises(ValueError, match=r"X must hold numbers.*'a'"):
+        model.predict([["a"]])
+    with pytest.raises(ValueError, match=r"X must hold numbers.*'a'"):
+        LinearInterpolation().fit([["a"], ["b"]], policies[:2])
+    with pytest.raises(ValueError, match=r"y must hold numbers.*'b'"):
+        LinearInterpolation().fit(tasks[:2], [["b"], ["c"]])
+    with pytest.raises(TypeError, match="Sparse data was passed for X"):
+        LinearInterpolation().fit(csr_array(tasks), policies)
+    with pytest.raises(TypeError, match="Sparse data was passed for y"):
+        LinearInterpolation().fit(tasks, csr_array(policies))
+
+
+@parametrize_with_checks([LinearInterpolation()])
+def test_scikit_learn(estimator, check):
+    try:
+        check(estimator)
+    except (ValueError, AssertionError) as error:
+        if "wanted one to walk along" not in f"{error} {error.__context__}":
+            raise
+        pytest.xfail("the check's tasks have several parameters, here there is one")
+
+
+def test_names_of_columns_are_kept_and_compared():
+    model = LinearInterpolation().fit(pd.DataFrame({"angle": tasks[:, 0]}), policies)
+    assert model.feature_names_in_.tolist() == ["angle"]
+    with pytest.raises(ValueError, match="feature names should match"):
+        model.predict(pd.DataFrame({"turn": tasks[:, 0]}))
 
 
 def test_linear_interpolation_takes_the_mean_of_equal_tasks():
