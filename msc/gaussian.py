@@ -131,10 +131,15 @@ class _BoundedClassifier(_AtBounds, GaussianProcessClassifier):  # type: ignore[
 
 def _refine_starts(
     objective: Callable[..., Any],
-    initial: Array,  # noqa: ARG001
+    initial: Array,
     bounds: Array,
 ) -> Optimum:
-    """Minimise from each length scale, at the noise that suits it; return the best."""
+    """Minimise from each length scale, at the noise that suits it; return the best.
+
+    A kernel with other than these three hyper-parameters starts from its own values.
+    """
+    if len(initial) != 3:
+        return _refine(objective, initial, bounds)
     starts = [
         min(
             (np.log([1.0, length_scale, noise]) for noise in _NOISES),

@@ -26,7 +26,7 @@ from sklearn.utils.validation import check_is_fitted
 
 from msc.gaussian import gaussian_classifier, gaussian_process
 from msc.smce import SMCE, _seed
-from msc.validation import validate_pairs, validate_points
+from msc.validation import check_magnitude, validate_pairs, validate_points
 
 __all__ = ["ParameterizedSkill"]
 
@@ -135,10 +135,12 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
         Raises
         ------
         ValueError
-            If a parameter is unknown, or there are fewer tasks than charts.
+            If a parameter is unknown, there are fewer tasks than charts, or `y` is not
+            finite, too large or too small.
         """
         self._validate_params()
         X, y = validate_pairs(self, X, y)
+        check_magnitude("y", y)
         self._is_single_output = y.ndim == 1
         policies = y.reshape(len(X), -1)
         seed = _seed(self.random_state)

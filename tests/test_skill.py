@@ -11,13 +11,21 @@ from sklearn.cluster import DBSCAN, KMeans
 from sklearn.dummy import DummyClassifier
 from sklearn.ensemble import RandomForestRegressor
 from sklearn.gaussian_process import GaussianProcessRegressor
-from sklearn.gaussian_process.kernels import RBF
+from sklearn.gaussian_process.kernels import (
+    RBF,
+    ConstantKernel,
+    RationalQuadratic,
+    WhiteKernel,
+)
 from sklearn.kernel_ridge import KernelRidge
 from sklearn.linear_model import LinearRegression, LogisticRegression
 from sklearn.neighbors import KNeighborsRegressor
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import FunctionTransformer
-from sklearn.utils.estimator_checks import parametrize_with_checks
+from sklearn.utils.estimator_checks import (
+    check_dataframe_column_names_consistency,
+    parametrize_with_checks,
+)
 
 import msc.gaussian
 from msc.gaussian import gaussian_process
@@ -191,6 +199,23 @@ def test_gaussian_process_follows_simple_shapes_without_a_warning(y, step):
     np.testing.assert_allclose(gp.predict(tasks[::step]), y[::step], atol=1e-2)
 
 
+@pytest.mark.parametrize(
+    "kernel",
+    [
+        RBF(),
+        RBF() + WhiteKernel(),
+        ConstantKernel() * RationalQuadratic() + WhiteKernel(),
+    ],
+)
+@pytest.mark.filterwarnings("ignore::sklearn.exceptions.ConvergenceWarning")
+def test_another_kernel_starts_from_its_own_values(kernel):
+    y = np.sin(tasks[:, 0])
+    ours = gaussian_process().set_params(kernel=kernel).fit(tasks, y)
+    theirs = GaussianProcessRegressor(kernel, normalize_y=True).fit(tasks, y)
+    best = theirs.log_marginal_likelihood_value_
+    assert ours.log_marginal_likelihood_value_ >= best - 1e-6
+
+
 def test_gaussian_process_has_no_randomness():
     one, other = (gaussian_process().fit(tasks, policies[:, 0]) for _ in range(2))
     np.testing.assert_array_equal(one.kernel_.theta, other.kernel_.theta)
@@ -346,6 +371,13 @@ def test_data_out_of_range():
         fast(None).fit(tasks, policies).predict([["a"]])
     with pytest.raises(ValueError, match="minimum of 2 is required by SMCE"):
         fast().fit(tasks[:1], policies[:1])
+    for scale in (1e-200, 1e150):
+        with pytest.raises(ValueError, match="y must have its largest magnitude from"):
+            fast().fit(tasks, scale * policies)
+    with pytest.raises(ValueError, match="y must hold floats: int too large"):
+        fast().fit(tasks[:2], [10**400, 1])
+    with pytest.raises(ValueError, match="Input y contains infinity"):
+        fast().fit(tasks[:2], np.array([1, 2]) * np.longdouble("1e400"))
     with pytest.raises(ValueError, match="X has 2 features"):
         fast(None).fit(tasks, policies).predict([[0.0, 1.0]])
 
@@ -402,6 +434,10 @@ def test_nothing_of_the_search_is_shared_between_fits():
 )
 def test_scikit_learn(estimator, check):
     check(estimator)
+
+
+def test_names_of_columns_are_kept_and_compared():
+    check_dataframe_column_names_consistency("ParameterizedSkill", ParameterizedSkill())
 
 
 def test_names_of_task_parameters_are_kept_without_a_warning():
