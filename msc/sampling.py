@@ -29,7 +29,9 @@ def draw_samples(
     n_samples : int
         Tasks in a set.
     n_draws : int, default=1
-        Sets; never more than there are different ones.
+        Sets. "even" gives no set twice, hence no more than there are first tasks.
+        Those drawn at random are independent of each other: on a small grid a set may
+        come twice. They are no more than there are different ones.
     seed : int, default=0
         Seed of the draws. Set k does not depend on how many are drawn.
 
@@ -41,7 +43,8 @@ def draw_samples(
     Raises
     ------
     ValueError
-        If the design is another, or there are too few tasks, samples or draws.
+        If the design is another, there are too few tasks, samples or draws, or a task
+        is no angle in [0, 2π).
 
     Examples
     --------
@@ -49,7 +52,7 @@ def draw_samples(
     >>> draw_samples("even", tasks, 4, n_draws=30)
     [array([ 2,  5,  8, 11]), array([0, 3, 6, 9]), array([ 1,  4,  7, 10])]
     """
-    angles = np.asarray(tasks, dtype=float).reshape(-1)
+    angles = _check_angles(tasks)
     n_tasks = len(angles)
     if design not in DESIGNS:
         raise ValueError(f"design={design!r}; wanted one of {DESIGNS}")
@@ -57,8 +60,8 @@ def draw_samples(
         raise ValueError(
             f"n_samples={n_samples!r}; wanted a whole number from 2 to {n_tasks}"
         )
-    if n_draws < 1:
-        raise ValueError(f"n_draws={n_draws}; wanted at least 1")
+    if not isinstance(n_draws, int | np.integer) or n_draws < 1:
+        raise ValueError(f"n_draws={n_draws!r}; wanted a whole number, at least 1")
     key = (seed, DESIGNS.index(design), n_samples)
     if design == "even":
         steps = n_tasks * np.arange(n_samples) // n_samples
@@ -116,14 +119,15 @@ def take_evenly(tasks: ArrayLike, n_samples: int) -> Indices:
     Raises
     ------
     ValueError
-        If a task would be picked twice, or fewer than two are asked for.
+        If a task would be picked twice or is no angle in [0, 2π), or fewer than two
+        are asked for.
 
     Examples
     --------
     >>> take_evenly(np.linspace(0, 2 * np.pi, 12, endpoint=False), 4)
     array([0, 3, 6, 9])
     """
-    angles = np.asarray(tasks, dtype=float).reshape(-1)
+    angles = _check_angles(tasks)
     if not isinstance(n_samples, int | np.integer) or n_samples < 2:
         raise ValueError(f"n_samples={n_samples!r}; wanted a whole number from 2 on")
     wanted = angles[0] + 2 * np.pi * np.arange(n_samples) / n_samples
@@ -134,3 +138,15 @@ def take_evenly(tasks: ArrayLike, n_samples: int) -> Indices:
             f"wanted at most {len(angles)}"
         )
     return np.asarray(chosen)
+
+
+def _check_angles(tasks: ArrayLike) -> NDArray[np.float64]:
+    """Return the tasks in a row, if they are angles in [0, 2π)."""
+    angles = np.asarray(tasks, dtype=float)
+    if angles.shape not in ((angles.size,), (angles.size, 1)):
+        raise ValueError(f"tasks of shape {angles.shape}; wanted one angle a task")
+    angles = angles.reshape(-1)
+    bad = angles[~((angles >= 0) & (angles < 2 * np.pi))]
+    if bad.size:
+        raise ValueError(f"tasks hold {bad[0]:g}; wanted radians in [0, 2π)")
+    return angles

@@ -115,8 +115,37 @@ def test_bad_arguments_are_named(arguments, complaint):
 
 
 def test_there_is_at_least_one_set():
-    with pytest.raises(ValueError, match="n_draws=0; wanted at least 1"):
+    with pytest.raises(
+        ValueError, match="n_draws=0; wanted a whole number, at least 1"
+    ):
         draw_samples("even", grid, 24, n_draws=0)
+
+
+@pytest.mark.parametrize("n_draws", [2.5, "2", 2.0, None])
+def test_a_number_of_draws_that_is_none_is_refused(n_draws):
+    with pytest.raises(ValueError, match=r"n_draws=.*; wanted a whole number"):
+        draw_samples("uniform", grid, 24, n_draws=n_draws)
+
+
+@pytest.mark.parametrize(
+    ("tasks", "complaint"),
+    [
+        (np.arange(0, 360, 5), r"tasks hold 10; wanted radians in \[0, 2π\)"),
+        (grid - 1, r"tasks hold -1; wanted radians"),
+        ([0, np.nan, 1], r"tasks hold nan; wanted radians"),
+        (np.zeros((4, 2)), r"tasks of shape \(4, 2\); wanted one angle a task"),
+    ],
+)
+def test_tasks_that_are_no_angles_are_refused(tasks, complaint):
+    with pytest.raises(ValueError, match=complaint):
+        draw_samples("nonuniform", tasks, 2)
+    with pytest.raises(ValueError, match=complaint):
+        take_evenly(tasks, 2)
+
+
+def test_sets_drawn_on_a_tiny_grid_may_come_twice():
+    sets = draw_samples("uniform", grid[:4], 2, n_draws=6)
+    assert len({tuple(chosen) for chosen in sets}) < 6
 
 
 @given(st.integers(2, 72))
