@@ -88,6 +88,11 @@ def compare(
     Comparison
         The ratio and its interval.
 
+    Raises
+    ------
+    ValueError
+        If a method has no errors, or shapes do not fit together.
+
     Notes
     -----
     Training sets and test tasks are resampled independently of each other, the same
@@ -110,7 +115,19 @@ def compare(
     >>> compare("error", errors, "a", "b").ratio
     0.5
     """
-    pair = [np.atleast_2d(np.asarray(errors[name])) for name in (method, baseline)]
+    pair = [_check_errors(errors, name) for name in (method, baseline)]
+    if pair[0].shape != pair[1].shape:
+        raise ValueError(
+            f"errors of {method!r} have shape {pair[0].shape}, those of {baseline!r} "
+            f"{pair[1].shape}; wanted the same training sets and test tasks"
+        )
+    n_tasks = pair[0].shape[1]
+    if weights is not None and np.shape(weights) != (n_tasks,):
+        raise ValueError(
+            f"weights have shape {np.shape(weights)}; wanted ({n_tasks},), one a task"
+        )
+    if n_resamples < 1:
+        raise ValueError(f"n_resamples={n_resamples}; wanted at least 1")
     draws = Resamples(pair[0].shape, n_resamples=n_resamples, seed=seed)
     top, bottom = (
         draws.average(draws.per_set(values, weights, spread=spread)) for values in pair
@@ -118,6 +135,19 @@ def compare(
     ratios = top / bottom
     low, high = interval(ratios[1:])
     return Comparison(measure, method, baseline, float(ratios[0]), low, high)
+
+
+def _check_errors(errors: pd.DataFrame | Mapping[str, ArrayLike], name: str) -> Array:
+    """Return a method's errors, with a row a training set."""
+    if name not in errors:
+        raise ValueError(f"no errors of {name!r}; there are those of {list(errors)}")
+    values = np.atleast_2d(np.asarray(errors[name], dtype=float))
+    if values.ndim > 2 or not values.size:
+        raise ValueError(
+            f"errors of {name!r} have shape {np.shape(errors[name])}; wanted "
+            "(n_test_tasks,) or (n_training_sets, n_test_tasks), at least one of each"
+        )
+    return values
 
 
 class Resamples:

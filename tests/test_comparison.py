@@ -179,6 +179,27 @@ def test_the_interval_covers_other_training_sets_too(n_sets, at_least):
     assert narrow < 30  # what leaving the training sets out would cost
 
 
+ones = np.ones((3, 4))
+
+
+@pytest.mark.parametrize(
+    ("table", "options", "complaint"),
+    [
+        ({"a": ones}, {}, r"no errors of 'b'; there are those of \['a'\]"),
+        ({"a": ones, "b": ones[:, 1:]}, {}, r"\(3, 4\), those of 'b' \(3, 3\); wanted"),
+        ({"a": ones, "b": ones[0]}, {}, r"\(3, 4\), those of 'b' \(1, 4\); wanted"),
+        ({"a": ones[None], "b": ones}, {}, r"'a' have shape \(1, 3, 4\); wanted"),
+        ({"a": [], "b": []}, {}, r"'a' have shape \(0,\); wanted"),
+        ({"a": ones, "b": ones}, {"weights": [1]}, r"weights have shape \(1,\); wan"),
+        ({"a": ones, "b": ones}, {"weights": ones}, r"weights have shape \(3, 4\);"),
+        ({"a": ones, "b": ones}, {"n_resamples": 0}, "n_resamples=0; wanted at least"),
+    ],
+)
+def test_shapes_that_do_not_fit_are_named(table, options, complaint):
+    with pytest.raises(ValueError, match=complaint):
+        compared("a", "b", table, **options)
+
+
 def test_it_is_said_in_a_sentence():
     found = Comparison("MSE", "charts", "mean", 0.5, 0.25, 0.75)
     sentence = "MSE: 0.50 × mean [0.25, 0.75]: lower"
