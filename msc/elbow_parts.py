@@ -65,7 +65,7 @@ def measure_elbows(
         If the data are not finite or too few, or a number is out of range.
     """
     X, y = check_data(tasks, policies, max_charts=max_charts, n_resamples=n_resamples)
-    size = round(share * len(X))
+    size = round(share * len(X)) if 0 < share <= 1 else 0  # NaN is neither
     if not 3 <= size <= len(X):
         raise ValueError(
             f"share={share!r} of {len(X)} tasks must be from 3 to all of them"
@@ -98,8 +98,9 @@ def choose_reading(*measured: Mapping[str, Any]) -> str:
 
     The reading must need nothing but the policies, be defined for any number of them,
     and pick the same number most often over the parts of the data, on the average over
-    the workspaces. The last number considered is no elbow and does not count. Ties go
-    to the reading nearest the paper's words.
+    the workspaces. The last number considered is no elbow and does not count. One chart
+    does: all readings can answer it, and a knee that always says so is firm. Ties go to
+    the reading nearest the paper's words.
 
     Parameters
     ----------
@@ -133,7 +134,7 @@ def most_picked(measured: Mapping[str, Any], name: str) -> tuple[int, float]:
     charts : int
         The number, the last one considered excepted; 0 if there is no other.
     share : float
-        On what share of the parts it was picked.
+        On what share of the parts it was picked; never NaN, there is a part at least.
 
     Examples
     --------

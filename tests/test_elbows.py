@@ -180,6 +180,12 @@ def test_criterion_counts_no_pick_at_the_end_and_no_cross_validation():
     assert most_picked(made(eigengap={"10": 4}), "eigengap") == (0, 0.0)
 
 
+def test_one_chart_is_an_answer_that_counts():
+    firm = made(squares_knee={"1": 9, "2": 1}, squares={"3": 6, "4": 4})
+    assert most_picked(firm, "squares_knee") == (1, 0.9)
+    assert choose_reading(firm) == "squares_knee"
+
+
 def test_criterion_gives_ties_to_the_paper_s_words():
     assert choose_reading(made()) == "rows_of_m"
 
@@ -205,6 +211,7 @@ def test_numbers_out_of_range(arguments, message):
     [
         ({"n_resamples": 0}, "n_resamples=0 must be an integer of 1 or more"),
         ({"share": 1.5}, "share=1.5 of 48 tasks must be from 3 to all of them"),
+        ({"share": np.nan}, "share=nan of 48 tasks must be from 3 to all of them"),
         ({"share": 0.01}, "share=0.01 of 48 tasks must be from 3 to all of them"),
     ],
 )
