@@ -23,7 +23,7 @@ _FEW = (
     100  # points; up to here cvxpy, which needs some hundredths of a second for so many
 )
 _ZERO = 1e-10  # coefficients; the solver leaves about 1e-13 where the optimum has 0
-_COPY = 1e-10  # of two distances: the furthest neighbour's, and the point's from zero
+_COPY = 1e-10  # of the furthest neighbour's distance, and of one from zero: rounding
 _TOLERANCES = {
     f"{kind}tol_{of}": value
     for kind, value in (("", 1e-12), ("reduced_", 1e-8))  # if rounding stops it early
@@ -74,8 +74,9 @@ def reconstruct(
     their sum. More points are solved by `msc.interior`, where calling a solver takes no
     time, and cvxpy gets what cannot be certified there: very small penalties. A point
     with copies among its neighbours is reconstructed by these in equal shares, at no
-    cost. Copies are at most 1e-10 of the furthest neighbour's distance away, and of the
-    point's own distance from zero: beside a far outlier, near points are no copies.
+    cost. Copies are at most 1e-10 of the furthest neighbour's distance away, and of a
+    distance from zero, the point's own or the median of all: rounding makes copies,
+    a far outlier does not.
 
     Examples
     --------
@@ -90,8 +91,15 @@ def reconstruct(
     >>> coef[1].round(6)
     array([0.5, 0.5])
     """
+    sizes = np.linalg.norm(X, axis=1)
+    sizes = np.maximum(sizes, np.median(sizes))
     parts = [
-        _reconstruct(X[chunk], X[neighbors[chunk]], regularization, is_normalized)
+        _reconstruct(
+            X[neighbors[chunk]] - X[chunk, None],
+            sizes[chunk],
+            regularization,
+            is_normalized,
+        )
         for chunk in np.split(np.arange(len(X)), range(_CHUNK, len(X), _CHUNK))
     ]
     coef, distances, objective = map(np.concatenate, zip(*parts, strict=True))
@@ -99,12 +107,11 @@ def reconstruct(
 
 
 def _reconstruct(
-    points: Array, others: Array, regularization: float, is_normalized: bool
+    differences: Array, sizes: Array, regularization: float, is_normalized: bool
 ) -> tuple[Array, Array, Array]:
-    """Do it for one chunk, given its points and their neighbours."""
-    differences = others - points[:, None]
+    """Do it for one chunk, given its neighbours less its points, and their sizes."""
     distances = np.linalg.norm(differences, axis=2)
-    extent = np.minimum(distances.max(axis=1), np.linalg.norm(points, axis=1))
+    extent = np.minimum(distances.max(axis=1), sizes)
     copies = distances <= _COPY * extent[:, None]
     columns = differences.transpose(0, 2, 1)  # (n_points, n_features, n_neighbors)
     if is_normalized:

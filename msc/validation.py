@@ -39,7 +39,7 @@ def validate_points(estimator: Any, X: Any, **options: Any) -> Array:
     """
     try:
         return np.asarray(validate_data(estimator, X, dtype=np.float64, **options))
-    except ValueError as error:
+    except (ValueError, OverflowError) as error:
         raise _named("X", error) from None
 
 

@@ -148,6 +148,16 @@ def test_beside_a_far_point_only_copies_are_copies(far):
     assert (model.objective_[1:8] > 0).all()
 
 
+@pytest.mark.parametrize("form", FORMS)
+def test_points_that_rounding_parts_are_copies_at_zero_too(form):
+    t = np.linspace(0, 2 * np.pi, 61)
+    eight = np.c_[np.sin(t), np.sin(2 * t)]  # thrice at zero, but for 5e-16
+    for X in (eight, eight + 3):
+        shares = SMCE(1, form=form, max_clusters=1).fit(X).coef_.toarray()[0]
+        np.testing.assert_array_equal(np.flatnonzero(shares), [30, 60])
+        np.testing.assert_array_equal(shares[[30, 60]], 0.5)
+
+
 def test_a_program_beyond_the_solver_is_reported():
     X = np.r_[random_points(2, n_points=8), [[1e12, 0, 0]]]
     with pytest.raises(ValueError, match="use form='normalized'"):
@@ -434,6 +444,7 @@ def test_parameters_out_of_range(parameters, message):
             "X must hold numbers: could not convert.*'start 1'",
         ),
         (random_points(0) + 1j, "Complex data not supported"),
+        ([[1], [10**400]], "X must hold floats: int too large"),
         (1e150 * line["X"].T, r"X must have its largest .* 1e\+100.*Got -?\de\+1"),
         (1e-200 * random_points(0), r"X must have its largest .* 1e-100.*Got .*e-200"),
     ],
