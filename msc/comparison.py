@@ -126,8 +126,10 @@ def compare(
         raise ValueError(
             f"weights have shape {np.shape(weights)}; wanted ({n_tasks},), one a task"
         )
-    if n_resamples < 1:
-        raise ValueError(f"n_resamples={n_resamples}; wanted at least 1")
+    if not isinstance(n_resamples, int | np.integer) or n_resamples < 1:
+        raise ValueError(
+            f"n_resamples={n_resamples!r}; wanted a whole number, at least 1"
+        )
     draws = Resamples(pair[0].shape, n_resamples=n_resamples, seed=seed)
     top, bottom = (
         draws.average(draws.per_set(values, weights, spread=spread)) for values in pair
