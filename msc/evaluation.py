@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from msc.comparison import Comparison, compare
 from msc.execution import summarise_execution
-from msc.methods import COMMON
+from msc.methods import COMMON, N_CHARTS
 from msc.smce import SMCE
 from msc.trial import READINGS, Trial
 
@@ -50,7 +50,7 @@ class Experiment(Trial):
         *,
         n_samples: int | None = None,
         chosen: ArrayLike | None = None,
-        n_charts: int | None = 4,
+        n_charts: int | None = N_CHARTS,
         names: Iterable[str] = COMMON,
         profile: str = "quick",
         seed: int = 0,

@@ -20,6 +20,7 @@ from msc.skill import ParameterizedSkill
 from msc.smce import SMCE
 from msc.validation import validate_cost, validate_pairs, validate_points
 
+N_CHARTS = 4  # as the paper has in both workspaces
 COMMON = (
     "charts",
     "single regression",
@@ -41,7 +42,7 @@ METHODS = COMMON + VARIANTS
 Array = NDArray[np.float64]
 
 
-def methods(n_charts: int | None = 4, seed: int = 0) -> dict[str, Any]:
+def methods(n_charts: int | None = N_CHARTS, seed: int = 0) -> dict[str, Any]:
     """List the methods, unfitted.
 
     Parameters
@@ -101,7 +102,7 @@ def methods(n_charts: int | None = 4, seed: int = 0) -> dict[str, Any]:
         ),
         "charts, SVM gate": ParameterizedSkill(charts, gate="svm", random_state=seed),
         "charts, k-means": ParameterizedSkill(
-            KMeans(n_charts or 4, n_init=10), random_state=seed
+            KMeans(n_charts or N_CHARTS, n_init=10), random_state=seed
         ),
         "charts, Matérn": ParameterizedSkill(
             charts, regressor=gaussian_process("matern"), random_state=seed
@@ -116,7 +117,7 @@ def fit_methods(
     y: ArrayLike,
     cost: ArrayLike,
     *,
-    n_charts: int | None = 4,
+    n_charts: int | None = N_CHARTS,
     seed: int = 0,
     names: Iterable[str] = METHODS,
 ) -> dict[str, Any]:

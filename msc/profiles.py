@@ -9,10 +9,9 @@ from itertools import product
 import numpy as np
 from numpy.typing import NDArray
 
-from msc.methods import COMMON, METHODS
+from msc.methods import COMMON, METHODS, N_CHARTS
 from msc.sampling import draw_samples
 
-N_CHARTS = 4  # as the paper has in both workspaces
 AT_RANDOM = 15  # training sets of each size at most, where they are drawn at random
 
 

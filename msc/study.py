@@ -54,8 +54,9 @@ from msc.cells import Errors, measure_errors, summarise_trials
 from msc.elbow_parts import measure_elbows
 from msc.files import find_data
 from msc.gates import average_gates, compare_gates
+from msc.methods import N_CHARTS
 from msc.parallel import call_in_order
-from msc.profiles import N_CHARTS, PROFILES, Profile, list_groups
+from msc.profiles import PROFILES, Profile, list_groups
 from msc.results import describe_origin
 from msc.sampling import draw_samples, task_density
 from msc.smce import SMCE

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from msc.execution import execute_policies
 from msc.jumps import find_jumps
-from msc.methods import METHODS, fit_methods
+from msc.methods import METHODS, N_CHARTS, fit_methods
 from msc.sampling import take_evenly
 from msc.tables import load_dataset
 from msc.workspace import Workspace
@@ -65,7 +65,7 @@ class Trial:
         name: str,
         chosen: ArrayLike | int,
         *,
-        n_charts: int | None = 4,
+        n_charts: int | None = N_CHARTS,
         names: Iterable[str] = METHODS,
         seed: int = 0,
     ) -> None:
