@@ -15,6 +15,7 @@ VENV := .venv
 BIN := $(VENV)/bin/python
 STAMP := $(VENV)/installed
 INDEX := _build/html/index.html
+ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1# a process: there are JOBS of them
 NOTEBOOKS := $(wildcard book/*.ipynb)
 
 python_version = $(or $(shell "$(PYTHON)" -c 'import sys; print("%d.%d" % sys.version_info[:2])' 2>/dev/null),missing)
@@ -39,7 +40,7 @@ twice: $(STAMP) ## build the book again elsewhere and compare all bytes
 	@$(BIN) -m msc twice --profile $(PROFILE) --jobs $(JOBS)
 
 test: $(STAMP) ## run all tests but those in a browser
-	@$(BIN) -m pytest --numprocesses $(JOBS) --dist loadfile
+	@$(ONE_THREAD) $(BIN) -m pytest --numprocesses $(JOBS) --dist loadfile
 	@echo "$(if $(CHROMIUM),Not run here:,There is no chromium on the PATH; left out:) \
 	the tests of the built book in a browser (make book test-browser)."
 
