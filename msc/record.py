@@ -121,9 +121,9 @@ def read_log(log: Path, root: Path) -> tuple[dict[str, str], dict[str, str]]:
     for line in log.read_text(encoding="utf-8").splitlines():
         entry = json.loads(line)
         if "file" in entry:
-            files[Path(os.path.relpath(entry["file"], root.resolve())).as_posix()] = (
-                entry["sha256"]
-            )
+            path = Path(os.path.relpath(entry["file"], root.resolve()))
+            if not path.parts[0].endswith(".egg-info"):  # how msc is installed
+                files[path.as_posix()] = entry["sha256"]
         else:
             imported |= set(_distributions().get(entry["package"], ()))
     imported = {name for name in imported if name != "msc"} | {"python"}
