@@ -48,13 +48,19 @@ def _is_empty(study: dict[str, Any], cell: dict[str, Any], name: str) -> bool:
 
 
 def _ratio(
-    study: dict[str, Any], name: str, design: str, n_samples: int, baseline: str
+    study: dict[str, Any],
+    name: str,
+    design: str,
+    n_samples: int,
+    baseline: str,
+    *,
+    method: str = "charts",
 ) -> Effect:
     """Find the charts' error over another method's, a paired comparison."""
     cell = find_cell(study, design, n_samples)
     if _is_empty(study, cell, name):
         return Effect(nan)
-    wanted = name, "charts", baseline
+    wanted = name, method, baseline
     ratios = {(r["measure"], r["method"], r["baseline"]): r for r in cell["ratios"]}
     if wanted not in ratios and baseline in cell["measures"][name]:  # few test tasks
         return Effect(nan)
@@ -66,12 +72,8 @@ def _same_kernel(
     study: dict[str, Any], name: str, design: str, n_samples: int
 ) -> Effect:
     """Find the charts' error over one regression's, both with a Matérn kernel."""
-    cell = find_cell(study, design, n_samples)
-    if _is_empty(study, cell, name):
-        return Effect(nan)
-    wanted = name, "charts, Matérn"
-    found = next(r for r in cell["ratios"] if (r["measure"], r["method"]) == wanted)
-    return Effect(found["ratio"], found["low"], found["high"])
+    ours, theirs = "charts, Matérn", "single, Matérn"
+    return _ratio(study, name, design, n_samples, theirs, method=ours)
 
 
 def _mean(
