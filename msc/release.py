@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import filecmp
 import shutil
+import subprocess
+import sys
 import tempfile
 import tomllib
 import zipfile
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 from msc.book import build_book
+from msc.chapters import BookError
 from msc.provenance import SECONDS
 
 # What two builds of one commit may differ in: how long the chapters took.
@@ -107,7 +109,7 @@ def build_twice(
     jobs: int = 2,
     say: Callable[[str], object] | None = None,
 ) -> list[str]:
-    """Build the book, and again from nothing in another folder.
+    """Build the book, and again from nothing by a copy of the code in another folder.
 
     Parameters
     ----------
@@ -118,15 +120,19 @@ def build_twice(
     jobs : int, default 2
         How many chapters are executed at a time.
     say : callable, optional
-        Is told in a line which chapter is executed, and why.
+        Is told in a line which chapter is executed here, and why.
 
     Returns
     -------
     list of str
         Files that differ, but for `MAY_DIFFER`.
+
+    Raises
+    ------
+    BookError
+        If the copy cannot be built; it has printed why.
     """
-    given: Any = {"profile": profile, "jobs": jobs, "say": say}
-    here = build_book(root=root, **given).parent
+    here = build_book(root=root, profile=profile, jobs=jobs, say=say).parent
     with tempfile.TemporaryDirectory(prefix="msc-twice-") as temporary:
         copy = Path(temporary, "elsewhere")
         copy.mkdir()
@@ -136,7 +142,11 @@ def build_twice(
                 shutil.copytree(source, copy / name)
             elif source.is_file():
                 shutil.copy(source, copy)
-        there = build_book(root=copy, **given).parent
+        command = [sys.executable, "-m", "msc", "book", "--profile", profile]
+        command += ["--jobs", str(jobs)]
+        if subprocess.run(command, cwd=copy, check=False).returncode:
+            raise BookError("the book could not be built again elsewhere")
+        there = copy / "_build" / "html"
         return [name for name in differences(here, there) if name not in MAY_DIFFER]
 
 
