@@ -18,7 +18,6 @@ from msc.cli import main
 from msc.figures import find_pictures, gallery_markdown
 from msc.notebook import (
     code_cells,
-    parameters,
     read_notebook,
     source,
     tags,
@@ -30,7 +29,6 @@ from msc.record import version_of
 from msc.release import MAY_DIFFER, differences, pack, release_book
 
 ROOT = Path(__file__).parents[1]
-CHAPTERS = sorted((ROOT / "book").glob("*.ipynb"))
 PARAMETERS = 'profile = "full"\nn = 3'
 COUNT = "with open('ran.txt', 'a') as log:\n    log.write('x')"
 DRAW = """import matplotlib.pyplot as plt
@@ -534,30 +532,3 @@ def test_warning_stops_the_build_and_keeps_the_earlier_book(built):
             build_book(root=root)
     page.write_text(text)
     assert contents(built.parent) == before
-
-
-@pytest.mark.parametrize("path", CHAPTERS, ids=lambda path: path.stem)
-def test_chapter_is_clean(path):
-    notebook = read_notebook(path)
-    declared = parameters(notebook)
-    assert not declared or "profile" in declared
-    for number, cell in enumerate(code_cells(notebook), start=1):
-        where = f"code cell {number}"
-        assert not cell["outputs"], where
-        assert cell["execution_count"] is None, where
-        assert not re.search(r"^\s*(async )?(def|class) ", source(cell), re.M), where
-        assert len(source(cell).splitlines()) <= 10, where
-
-
-@pytest.mark.parametrize("path", CHAPTERS, ids=lambda path: path.stem)
-def test_chapter_runs_and_its_images_have_alternative_text(path, tmp_path):
-    given = {"profile": "quick"} if parameters(read_notebook(path)) else {}
-    [done] = run_chapters({path: given}, root=ROOT, cache=tmp_path)
-    for cell in code_cells(done.notebook):
-        if any("image/png" in output.get("data", {}) for output in cell["outputs"]):
-            assert cell["metadata"]["mystnb"]["image"]["alt"], source(cell)
-
-
-@pytest.mark.parametrize("path", CHAPTERS[:1], ids=lambda path: path.stem)
-def test_chapter_runs_in_its_own_folder(path, tmp_path):
-    run_chapters({path: {"profile": "quick"}}, root=path.parent, cache=tmp_path)

@@ -1,0 +1,40 @@
+"""The chapters themselves: what their cells may hold, and that each of them runs."""
+
+import re
+from pathlib import Path
+
+import pytest
+
+from msc.chapters import run_chapters
+from msc.notebook import code_cells, parameters, read_notebook, source
+
+ROOT = Path(__file__).parents[1]
+CHAPTERS = sorted((ROOT / "book").glob("*.ipynb"))
+CACHE = ROOT / "_build" / "cache"  # `make book` takes it: what holds runs once
+
+
+@pytest.mark.parametrize("path", CHAPTERS, ids=lambda path: path.stem)
+def test_chapter_is_clean(path):
+    notebook = read_notebook(path)
+    declared = parameters(notebook)
+    assert not declared or "profile" in declared
+    for number, cell in enumerate(code_cells(notebook), start=1):
+        where = f"code cell {number}"
+        assert not cell["outputs"], where
+        assert cell["execution_count"] is None, where
+        assert not re.search(r"^\s*(async )?(def|class) ", source(cell), re.M), where
+        assert len(source(cell).splitlines()) <= 10, where
+
+
+@pytest.mark.parametrize("path", CHAPTERS, ids=lambda path: path.stem)
+def test_chapter_runs_and_its_images_have_alternative_text(path):
+    given = {"profile": "quick"} if parameters(read_notebook(path)) else {}
+    [done] = run_chapters({path: given}, root=ROOT, cache=CACHE)
+    for cell in code_cells(done.notebook):
+        if any("image/png" in output.get("data", {}) for output in cell["outputs"]):
+            assert cell["metadata"]["mystnb"]["image"]["alt"], source(cell)
+
+
+@pytest.mark.parametrize("path", CHAPTERS[:1], ids=lambda path: path.stem)
+def test_chapter_runs_in_its_own_folder(path, tmp_path):
+    run_chapters({path: {"profile": "quick"}}, root=path.parent, cache=tmp_path)
