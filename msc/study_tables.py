@@ -231,6 +231,6 @@ def gate_shares(*studies: dict[str, Any]) -> pd.DataFrame:
 
 
 def _cell(found: Comparison) -> str:
-    """Write a comparison into a cell, on one line."""
+    """Write a comparison into a cell, which breaks before the interval, if at all."""
     ratio, low, high = (rounded(one, 2) for one in (found.ratio, found.low, found.high))
-    return f"{SIGNS[found.verdict]} {ratio} [{low}, {high}]".replace(" ", "\N{NBSP}")
+    return f"{SIGNS[found.verdict]}\N{NBSP}{ratio} [{low},\N{NBSP}{high}]"
