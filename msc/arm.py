@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from msc.bullet import World
 from msc.control import TIME_STEP, Controller
-from msc.dmp import DMP, check_policies
+from msc.dmp import DMP, check_policies, check_policy
 from msc.geometry import chain
 from msc.kinematics import follow_path
 from msc.workspace import Workspace
@@ -20,7 +20,7 @@ N_MOVING, N_SETTLING = 60, 6  # steps: one second of movement, a tenth to settle
 N_STEPS = N_MOVING + N_SETTLING
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Rollout:
     """What one executed policy did.
 
@@ -83,6 +83,8 @@ class Arm:
         controller: Controller | None = None,
         n_parallel: int = 9,
     ) -> None:
+        if n_parallel < 1:
+            raise ValueError(f"n_parallel={n_parallel}; wanted at least 1")
         self.workspace = workspace
         self.dmp = dmp or DMP()
         self.n_parallel = n_parallel
@@ -119,8 +121,13 @@ class Arm:
         -------
         Rollout
             What happened.
+
+        Raises
+        ------
+        ValueError
+            If the policy has another length or is not finite.
         """
-        return self.execute_many(np.asarray(policy, dtype=float)[None], task_deg)[0]
+        return self.execute_many(check_policy(policy, self.dmp.n_params), task_deg)[0]
 
     def execute_many(
         self, policies: ArrayLike, task_deg: float | Sequence[float]

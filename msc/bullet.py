@@ -89,8 +89,15 @@ class World:
         impulse : ndarray of shape (n_policies,)
             Their `Rollout.contact_impulse` (N s): PyBullet reports the forces of the
             last sub-step of each time step, which stand for all of it.
+
+        Raises
+        ------
+        RuntimeError
+            If the world has been freed.
         """
         bullet, client = self._bullet, self.client_id
+        if client < 0:
+            raise RuntimeError("the arm is closed; wanted an open one")
         n_policies, n_rows = plan.shape[:2]
         wanted = np.empty((n_rows, 3, self.n_arms))
         wanted[:] = np.array(self.workspace.home)[:, None]

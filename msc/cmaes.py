@@ -20,7 +20,7 @@ STALLED, GAIN = 40, 1e-5  # generations that gain less than this share: it ends
 Costs = Callable[[NDArray[np.float64]], list[float]]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Start:
     """One run of CMA-ES: its name, what it found, what that took.
 

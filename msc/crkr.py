@@ -157,7 +157,8 @@ class CrKR(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: ignore[mis
         policies : ndarray of shape (n_tasks, n_params), or (n_tasks,) as in `fit`
             Predicted policies.
         std : ndarray of shape (n_tasks,)
-            Root of the variance, shared by all policy dimensions; only if
+            Root of the variance, shared by all policy dimensions and in units of the
+            kernel, whose value at equal tasks is 1, not of the policies; only if
             `return_std`.
         """
         check_is_fitted(self)

@@ -143,6 +143,40 @@ class DMP:
         return np.asarray(f * s if self.gated else f)
 
 
+def check_policy(policy: ArrayLike, n_params: int) -> NDArray[np.float64]:
+    """Return one policy as floats, or say what is wrong with it.
+
+    Parameters
+    ----------
+    policy : array_like of shape (n_params,)
+        What was given.
+    n_params : int
+        The length that is wanted.
+
+    Returns
+    -------
+    ndarray of shape (n_params,)
+        The same numbers.
+
+    Raises
+    ------
+    ValueError
+        If the shape is another or a number is not finite.
+
+    Examples
+    --------
+    >>> check_policy([[0, 1]], n_params=2)
+    Traceback (most recent call last):
+    ...
+    ValueError: policy has shape (1, 2); wanted (2,): a single one
+    """
+    if np.shape(policy) != (n_params,):
+        raise ValueError(
+            f"policy has shape {np.shape(policy)}; wanted ({n_params},): a single one"
+        )
+    return check_policies(policy, n_params)
+
+
 def check_policies(policy: ArrayLike, n_params: int) -> NDArray[np.float64]:
     """Return the policy or policies as floats, or say what is wrong with them.
 

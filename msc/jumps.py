@@ -14,7 +14,8 @@ def find_jumps(
     Parameters
     ----------
     tasks : array_like of shape (n_tasks,) or (n_tasks, 1)
-        Ascending task parameters.
+        Ascending task parameters, about evenly spaced: a step is not divided by the
+        distance of its tasks, so that a gap between them looks like a jump.
     policies : array_like of shape (n_tasks, n_params)
         Their policies.
     closed : bool, default=False

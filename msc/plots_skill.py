@@ -94,10 +94,10 @@ def plot_composition(
     _draw_movement(plane, world, rollout, goal)
     plane.set_title(f"5  it ends {100 * rollout.error:.1f} cm off", loc="left")
     _join(figure, task, goal, gate, (0, 0.5))
-    _join(figure, curve, (360, mean[0, weight]), bars, (5.6, 0.0), turn=-0.25)
+    _join(figure, curve, (360, mean[0, weight]), bars, (5.6, 0.0), turn=-0.15)
     _join(figure, bars, (-0.6, 0.0), plane, goal)
     layout: Any = figure.get_layout_engine()
-    layout.set(rect=(0, 0, 0.96, 1))  # the arrow beside the panels needs room
+    layout.set(rect=(0, 0, 0.95, 1))  # the arrow beside the panels needs room
     return figure
 
 

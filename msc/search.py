@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from msc.arm import Rollout, kept_arm
 from msc.cmaes import Start, minimise
-from msc.dmp import DMP, check_policies
+from msc.dmp import DMP, check_policy
 from msc.geometry import chain
 from msc.workspace import Workspace
 
@@ -20,12 +20,14 @@ FIRST_STEP, SMALL_STEP = 0.5, 0.006  # of CMA-ES, in spring constants
 SAME = 0.01  # of a policy's norm: a start that ends so near has found it too
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class SearchResult:
     """The policy found for a task, and how.
 
     Attributes
     ----------
+    task_deg : float
+        Task angle (degrees).
     policy : ndarray of shape (n_params,)
         Weights of Eq. 7.
     cost : float
@@ -36,6 +38,7 @@ class SearchResult:
         All runs of CMA-ES, in order; the cheapest gave the policy.
     """
 
+    task_deg: float
     policy: NDArray[np.float64]
     cost: float
     error: float
@@ -145,7 +148,8 @@ def search_policy(
     Raises
     ------
     ValueError
-        If there is no start at all, or an argument is not a number as wanted.
+        If there is no start at all, an argument is not a number as wanted, or the
+        incumbent is of another task.
 
     Examples
     --------
@@ -162,9 +166,13 @@ def search_policy(
         )
     if seed < 0:
         raise ValueError(f"seed={seed}; wanted 0 or more")
-    given = [check_policies(policy, dmp.n_params) for policy in start_policies]
+    given = [check_policy(policy, dmp.n_params) for policy in start_policies]
     if not np.isfinite(task_deg):
         raise ValueError(f"task_deg={task_deg}; wanted a finite angle")
+    if incumbent and incumbent.task_deg != task_deg:
+        raise ValueError(
+            f"incumbent is of task {incumbent.task_deg}°; wanted one of {task_deg}°"
+        )
     arm = kept_arm(workspace, dmp)
 
     def costs(policies: NDArray[np.float64]) -> list[float]:
@@ -185,6 +193,7 @@ def search_policy(
     best = min(starts, key=lambda start: start.cost)
     rollout = arm.execute(best.policy, task_deg)
     return SearchResult(
+        task_deg=float(task_deg),
         policy=best.policy,
         cost=cost(rollout),
         error=rollout.error,

@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from msc.geometry import Circle, bent_home, chain, clearance
 
 _LINKS = (0.40, 0.35, 0.25)
+N_LINKS = len(_LINKS)
 
 
 @dataclass(frozen=True)
@@ -44,7 +45,9 @@ class Workspace:
     Raises
     ------
     ValueError
-        If the goal circle is out of the arm's reach, or passes through an obstacle.
+        If the goal circle is out of the arm's reach, or passes through an obstacle; if
+        there are not three links of positive length and mass; if an obstacle has no
+        positive radius, or stands where the arm is at home.
 
     Examples
     --------
@@ -62,7 +65,10 @@ class Workspace:
     circles: tuple[Circle, ...] = ()
 
     def __post_init__(self) -> None:
-        """Refuse a circle of goals that no movement could reach."""
+        """Refuse an arm that cannot be, and goals that no movement could reach."""
+        for name in ("link_lengths", "link_masses"):
+            if len(given := getattr(self, name)) != N_LINKS or min(given) <= 0:
+                raise ValueError(f"{name}={given}; wanted {N_LINKS} positive numbers")
         farthest = sum(self.link_lengths)
         nearest = max(0.0, 2 * max(self.link_lengths) - farthest)
         if not nearest < self.goal_radius < farthest:
@@ -70,7 +76,14 @@ class Workspace:
                 f"goal_radius={self.goal_radius} m is out of the arm's reach; wanted "
                 f"a radius between {nearest:g} m and {farthest:g} m"
             )
+        at_home = chain(self.home, self.link_lengths)
+        object.__setattr__(self, "circles", tuple(Circle(*c) for c in self.circles))
         for circle in self.circles:
+            if not 0 < circle.radius < clearance(at_home, circle):
+                raise ValueError(
+                    f"circles: the obstacle {tuple(circle)} has no positive radius or "
+                    "stands in the arm's home pose; wanted one clear of it"
+                )
             gap = abs(math.hypot(circle.x, circle.y) - self.goal_radius)
             if gap < circle.radius:
                 raise ValueError(

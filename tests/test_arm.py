@@ -1,4 +1,5 @@
 import math
+import re
 from dataclasses import astuple, replace
 
 import numpy as np
@@ -275,10 +276,28 @@ def test_a_rollout_cannot_be_changed(rollouts):
         rollouts[0].error = 0.0
 
 
-@pytest.mark.parametrize("shape", [(5,), (3, 2), ()])
+@pytest.mark.parametrize("shape", [(5,), (3, 2), (), (1, 6)])
 def test_a_policy_of_another_shape_is_refused(arm, shape):
-    with pytest.raises(ValueError, match=r"policy has shape .* wanted \(6,\)"):
+    asked = re.escape(f"policy has shape {shape}; wanted (6,)")
+    with pytest.raises(ValueError, match=asked):
         arm.execute(np.zeros(shape), 0)
+
+
+def test_an_arm_without_copies_is_refused():
+    with pytest.raises(ValueError, match="n_parallel=0; wanted at least 1"):
+        Arm(Workspace.free(), n_parallel=0)
+
+
+def test_a_closed_arm_executes_nothing():
+    with Arm(Workspace.free(), n_parallel=1) as closed:
+        pass
+    with pytest.raises(RuntimeError, match="the arm is closed"):
+        closed.execute(np.zeros(6), 0)
+
+
+def test_rollouts_are_told_apart_by_identity(rollouts):
+    assert rollouts[0] == rollouts[0]
+    assert len({*rollouts}) == len(rollouts)
 
 
 def test_a_policy_with_nan_is_refused(arm):

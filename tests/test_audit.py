@@ -33,7 +33,7 @@ def searches(monkeypatch):
     def install(policy, cost=1.0):
         def search(workspace, task_deg, **options):
             found = np.asarray(policy(task_deg), dtype=float)
-            return SearchResult(found, cost, 0.0, 0.0, 0.0, ())
+            return SearchResult(task_deg, found, cost, 0.0, 0.0, 0.0, ())
 
         monkeypatch.setattr(msc.audit, "search_policy", search)
         monkeypatch.setattr(msc.bisection, "search_policy", search)

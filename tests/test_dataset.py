@@ -160,7 +160,7 @@ def made_up_search(depths):
         for name, basin in new:
             starts.append(Start(name, behaviour(basin), float(depths[k, basin]), 9))
         best = min(starts, key=lambda start: start.cost)
-        return SearchResult(best.policy, best.cost, 0.0, 0.0, 0.0, tuple(starts))
+        return SearchResult(task, best.policy, best.cost, 0.0, 0.0, 0.0, tuple(starts))
 
     search.calls = calls
     return search

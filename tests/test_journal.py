@@ -43,7 +43,7 @@ def result(seed=0):
         Start(f"start {k}", rng.normal(size=6), float(rng.normal()), 9 * k, k - 1)
         for k in range(2)
     )
-    return SearchResult(starts[0].policy, *rng.normal(size=4).tolist(), starts)
+    return SearchResult(7.5, starts[0].policy, *rng.normal(size=4).tolist(), starts)
 
 
 def bits(result):

@@ -156,6 +156,12 @@ def test_what_is_found_never_gets_worse():
     assert len(found.starts) == 4
 
 
+def test_an_incumbent_of_another_task_is_refused():
+    found = result((1, 1.0))
+    with pytest.raises(ValueError, match=r"incumbent is of task 30°; wanted one of 10"):
+        search_policy(free, 10, seed=0, incumbent=found)
+
+
 def test_a_hopeless_start_leaves_the_incumbent():
     found = search_policy(free, 30, seed=0, n_starts=1)
     again = search_policy(
@@ -235,7 +241,7 @@ def test_a_run_twice_as_dear_as_a_known_one_is_given_up(paid, evaluations, monke
 def test_a_search_lets_runs_join_those_before():
     far = 10 * rough
     starts = Start("start 0", far, 0.0, 9), Start("given 0", 2 * far, 1.0, 9, 0)
-    known = SearchResult(far, 0.0, 0.0, 0.0, 0.0, starts)
+    known = SearchResult(30, far, 0.0, 0.0, 0.0, 0.0, starts)
     again = search_policy(
         free,
         30,
@@ -259,7 +265,7 @@ def result(*ends):
         for number, (factor, cost, *joined) in enumerate(ends)
     )
     best = min(starts, key=lambda start: start.cost)
-    return SearchResult(best.policy, best.cost, 0.0, 0.0, 0.0, starts)
+    return SearchResult(30, best.policy, best.cost, 0.0, 0.0, 0.0, starts)
 
 
 def test_agreement_is_joining_or_ending_within_a_percent():

@@ -20,7 +20,7 @@ def test_the_cut_is_where_both_sides_cost_the_same(tie, cut, monkeypatch):
         assert world.cut_deg == 0
         side = start_policies[0] if start_policies else np.sign(angle - 45)
         cost = 10 - side * (angle - tie) / 100
-        return SearchResult(side, cost, 0.0, 0.0, 0.0, ())
+        return SearchResult(angle, side, cost, 0.0, 0.0, 0.0, ())
 
     monkeypatch.setattr(msc.survey, "search_policy", search)
     found = locate_cut()

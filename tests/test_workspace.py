@@ -11,6 +11,7 @@ from msc.workspace import Workspace
 from msc.workspace import random_circles as draw
 
 free = Workspace.free()
+HAND = chain(free.home, free.link_lengths)[-1]
 angles = st.floats(-math.pi, math.pi)
 poses = st.tuples(angles, angles, angles)
 
@@ -126,6 +127,27 @@ def test_goals_inside_the_reach_of_folded_links_are_refused():
 def test_an_obstacle_on_the_goal_circle_is_refused():
     with pytest.raises(ValueError, match="circles: the goals pass through"):
         Workspace(circles=(Circle(0.5, 0.0, 0.06),))
+
+
+@pytest.mark.parametrize(
+    "circle", [Circle(-0.3, 0.0, 0.0), Circle(-0.3, 0.0, -0.1), Circle(*HAND, 0.05)]
+)
+def test_an_obstacle_without_a_size_or_in_the_arm_s_place_is_refused(circle):
+    with pytest.raises(ValueError, match=r"circles: .* no positive radius or stands"):
+        Workspace(circles=(circle,))
+
+
+@pytest.mark.parametrize("name", ["link_lengths", "link_masses"])
+@pytest.mark.parametrize("numbers", [(0.4, 0.4), (0.4, 0.3, 0.2, 0.1), (0.4, 0.3, 0.0)])
+def test_links_that_cannot_be_are_refused(name, numbers):
+    with pytest.raises(ValueError, match=rf"{name}=.*; wanted 3 positive numbers"):
+        Workspace(**{name: numbers})
+
+
+def test_obstacles_may_be_given_as_a_list():
+    walled = Workspace(circles=[(0.7, 0.3, 0.05)])
+    assert walled.circles == (Circle(0.7, 0.3, 0.05),)
+    assert hash(walled) == hash(Workspace(circles=walled.circles))
 
 
 @pytest.mark.parametrize("task", [math.nan, math.inf, [0.0, math.nan]])
