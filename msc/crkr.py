@@ -17,7 +17,13 @@ from sklearn.base import BaseEstimator, MultiOutputMixin, RegressorMixin
 from sklearn.utils._param_validation import Interval
 from sklearn.utils.validation import check_is_fitted
 
-from msc.validation import MAGNITUDES, validate_cost, validate_pairs, validate_points
+from msc.validation import (
+    MAGNITUDES,
+    validate_cost,
+    validate_pairs,
+    validate_points,
+    warn_of_scale,
+)
 
 __all__ = ["CrKR"]
 
@@ -130,6 +136,7 @@ class CrKR(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: ignore[mis
         self.X_fit_ = X.copy()
         self.length_scale_, self.ridge_ = float(self.length_scale), float(self.ridge)
         if self.tune:
+            warn_of_scale(X)
             self.length_scale_, self.ridge_ = _tune(
                 cdist(X, X, "sqeuclidean"), y.reshape(len(X), -1), costs
             )

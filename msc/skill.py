@@ -26,7 +26,12 @@ from sklearn.utils.validation import check_is_fitted
 
 from msc.gaussian import gaussian_classifier, gaussian_process
 from msc.smce import SMCE, _seed
-from msc.validation import check_magnitude, validate_pairs, validate_points
+from msc.validation import (
+    check_magnitude,
+    validate_pairs,
+    validate_points,
+    warn_of_scale,
+)
 
 __all__ = ["ParameterizedSkill"]
 
@@ -123,7 +128,8 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
         Parameters
         ----------
         X : array-like of shape (n_tasks, n_task_params)
-            Tasks, in radians.
+            Tasks, in radians, or at a scale on which policies change over about one
+            unit; if it is far off, a warning says so.
         y : array-like of shape (n_tasks, n_params) or (n_tasks,)
             The policy that solves each task.
 
@@ -141,6 +147,8 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
         self._validate_params()
         X, y = validate_pairs(self, X, y)
         check_magnitude("y", y)
+        if self.regressor is None:
+            warn_of_scale(X)
         self._is_single_output = y.ndim == 1
         policies = y.reshape(len(X), -1)
         seed = _seed(self.random_state)

@@ -28,6 +28,7 @@ from sklearn.utils.estimator_checks import (
 )
 
 import msc.gaussian
+from msc.crkr import CrKR
 from msc.gaussian import gaussian_process
 from msc.skill import ParameterizedSkill
 from msc.smce import SMCE
@@ -456,3 +457,17 @@ def test_a_pipeline_hands_on_the_standard_deviation():
     ]
     found = [skill.predict(tasks + 0.1, return_std=True) for skill in pair]
     np.testing.assert_allclose(*found)
+
+
+# The scale of tasks
+
+
+@pytest.mark.parametrize("scale", [1e-4, 1e3])
+@pytest.mark.parametrize("learner", [ParameterizedSkill(None), CrKR(tune=True)])
+def test_a_scale_on_which_nothing_is_learned_is_told(learner, scale):
+    X = np.linspace(0, 1, 30)[:, None]
+    y = np.hstack([np.sin(6 * X), np.cos(6 * X)])
+    assert clone(learner).fit(X, y).score(X, y) > 0.999
+    with pytest.warns(UserWarning, match="tasks span .* one unit"):
+        learner.fit(scale * X, y)
+    assert learner.score(scale * X, y) < 0.1
