@@ -465,9 +465,9 @@ def test_a_pipeline_hands_on_the_standard_deviation():
 @pytest.mark.parametrize("scale", [1e-4, 1e3])
 @pytest.mark.parametrize("learner", [ParameterizedSkill(None), CrKR(tune=True)])
 def test_a_scale_on_which_nothing_is_learned_is_told(learner, scale):
-    X = np.linspace(0, 1, 30)[:, None]
+    X = np.linspace(0, 1, 61)[:, None]
     y = np.hstack([np.sin(6 * X), np.cos(6 * X)])
-    assert clone(learner).fit(X, y).score(X, y) > 0.999
+    assert clone(learner).fit(X[::2], y[::2]).score(X[1::2], y[1::2]) > 0.999
     with pytest.warns(UserWarning, match="tasks span .* one unit"):
-        learner.fit(scale * X, y)
-    assert learner.score(scale * X, y) < 0.1
+        learner.fit(scale * X[::2], y[::2])
+    assert learner.score(scale * X[1::2], y[1::2]) < 0.1
