@@ -161,7 +161,7 @@ def test_hooks_keep_outputs_and_bad_style_out_of_commits(clone, tmp_path):
     printed = {"output_type": "stream", "name": "stdout", "text": "forty-two\n"}
     path = clone / "book" / "one.ipynb"
     path.write_text(json.dumps(notebook("6 * 7", printed), indent=1) + "\n")
-    os.utime(path, (0, 0))  # older than the index: git need not strip it at each command
+    os.utime(path, (0, 0))  # older than the index: git strips it only once
     run("git", "add", "book", folder=clone)
     staged = run("git", "show", ":book/one.ipynb", folder=clone).stdout
     assert "6 * 7" in staged
