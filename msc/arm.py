@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from msc.bullet import World
 from msc.control import TIME_STEP, Controller
-from msc.dmp import DMP, check_policies, check_policy
+from msc.dmp import DMP, check_policies
 from msc.geometry import chain
 from msc.kinematics import follow_path
 from msc.workspace import Workspace
@@ -127,7 +127,8 @@ class Arm:
         ValueError
             If the policy has another length or is not finite.
         """
-        return self.execute_many(check_policy(policy, self.dmp.n_params), task_deg)[0]
+        one = check_policies(policy, self.dmp.n_params, single=True)
+        return self.execute_many(one, task_deg)[0]
 
     def execute_many(
         self, policies: ArrayLike, task_deg: float | Sequence[float]

@@ -17,21 +17,15 @@ from sklearn.base import BaseEstimator, MultiOutputMixin, RegressorMixin
 from sklearn.utils._param_validation import Interval
 from sklearn.utils.validation import check_is_fitted
 
-from msc.validation import (
-    MAGNITUDES,
-    validate_cost,
-    validate_pairs,
-    validate_points,
-    warn_of_scale,
-)
+from msc.gaussian import _LENGTH_SCALES, _RANGE, warn_of_scale
+from msc.validation import MAGNITUDES, validate_cost, validate_pairs, validate_points
 
 __all__ = ["CrKR"]
 
 Array = NDArray[np.float64]
 
-_LENGTH_SCALES = (0.2, 0.7, 2.5)  # rad; starts of the likelihood's search
-_NOISES = (1e-6, 1e-3, 1e-1)  # ridge times mean cost; likewise
-_BOUNDS = ((1e-2, 1e2), (1e-8, 1e3))  # of the same two
+_NOISES = (1e-6, 1e-3, 1e-1)  # ridge times mean cost; starts, as `_LENGTH_SCALES`
+_BOUNDS = (_RANGE, (1e-8, 1e3))  # of length scale and noise
 
 
 class CrKR(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: ignore[misc]

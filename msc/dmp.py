@@ -143,41 +143,9 @@ class DMP:
         return np.asarray(f * s if self.gated else f)
 
 
-def check_policy(policy: ArrayLike, n_params: int) -> NDArray[np.float64]:
-    """Return one policy as floats, or say what is wrong with it.
-
-    Parameters
-    ----------
-    policy : array_like of shape (n_params,)
-        What was given.
-    n_params : int
-        The length that is wanted.
-
-    Returns
-    -------
-    ndarray of shape (n_params,)
-        The same numbers.
-
-    Raises
-    ------
-    ValueError
-        If the shape is another or a number is not finite.
-
-    Examples
-    --------
-    >>> check_policy([[0, 1]], n_params=2)
-    Traceback (most recent call last):
-    ...
-    ValueError: policy has shape (1, 2); wanted (2,): a single one
-    """
-    if np.shape(policy) != (n_params,):
-        raise ValueError(
-            f"policy has shape {np.shape(policy)}; wanted ({n_params},): a single one"
-        )
-    return check_policies(policy, n_params)
-
-
-def check_policies(policy: ArrayLike, n_params: int) -> NDArray[np.float64]:
+def check_policies(
+    policy: ArrayLike, n_params: int, *, single: bool = False
+) -> NDArray[np.float64]:
     """Return the policy or policies as floats, or say what is wrong with them.
 
     Parameters
@@ -186,6 +154,8 @@ def check_policies(policy: ArrayLike, n_params: int) -> NDArray[np.float64]:
         What was given.
     n_params : int
         The length that is wanted.
+    single : bool, default=False
+        Whether it has to be one policy.
 
     Returns
     -------
@@ -205,10 +175,11 @@ def check_policies(policy: ArrayLike, n_params: int) -> NDArray[np.float64]:
     ValueError: policy has shape (2,); wanted (6,) or (n_policies, 6)
     """
     policies = np.asarray(policy, dtype=float, order="C")  # results to the last bit
-    if policies.ndim not in (1, 2) or policies.shape[-1] != n_params:
+    dimensions = (1,) if single else (1, 2)
+    if policies.ndim not in dimensions or policies.shape[-1] != n_params:
+        several = "" if single else f" or (n_policies, {n_params})"
         raise ValueError(
-            f"policy has shape {policies.shape}; wanted ({n_params},) or "
-            f"(n_policies, {n_params})"
+            f"policy has shape {policies.shape}; wanted ({n_params},){several}"
         )
     if not np.isfinite(policies).all():
         raise ValueError("policy has NaN or infinite weights; wanted finite numbers")

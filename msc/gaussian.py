@@ -9,6 +9,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
+from scipy.spatial import KDTree
 from sklearn.exceptions import ConvergenceWarning
 from sklearn.gaussian_process import GaussianProcessClassifier, GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import (
@@ -95,6 +96,38 @@ def gaussian_classifier() -> GaussianProcessClassifier:
     return _BoundedClassifier(
         ConstantKernel(1.0, (1e-3, 1e3)) * RBF(1.0, _RANGE), optimizer=_refine
     )
+
+
+def warn_of_scale(tasks: Array) -> None:
+    """Warn of tasks at a scale on which no length scale would be found.
+
+    Parameters
+    ----------
+    tasks : ndarray of shape (n_tasks, n_task_params)
+        Tasks that kernels are to be tuned to.
+
+    Warns
+    -----
+    UserWarning
+        If all tasks lie nearer than the shortest length scale, or most neighbours
+        farther than four times the longest start: then the likelihood is flat.
+
+    Examples
+    --------
+    >>> warn_of_scale(np.linspace(0, 6.28, 24)[:, None])
+    """
+    if len(tasks) < 3:
+        return
+    span = float(np.ptp(tasks, axis=0).max())
+    gap = float(np.median(KDTree(tasks).query(tasks, k=2)[0][:, 1]))
+    if 0 < span < _RANGE[0] or gap > 4 * _LENGTH_SCALES[-1]:
+        warnings.warn(
+            f"tasks span {span:.3g} and lie {gap:.3g} apart, but kernels are tuned to "
+            f"length scales from {_RANGE[0]:g} to {_RANGE[1]:g}: bring tasks to a "
+            "scale on which policies change over about one unit",
+            UserWarning,
+            stacklevel=3,
+        )
 
 
 _KERNELS: dict[str, Callable[[], Kernel]] = {

@@ -47,7 +47,8 @@ def scrub_weight(
     ValueError
         If the policy has no such weight.
     """
-    base, added = check_policies(policy, arm.dmp.n_params), np.asarray(changes, float)
+    base = check_policies(policy, arm.dmp.n_params, single=True)
+    added = np.asarray(changes, float)
     if not 0 <= weight < len(base):
         raise ValueError(f"weight={weight}; wanted one from 0 to {len(base) - 1}")
     policies = base + added[:, None] * np.eye(len(base))[weight]

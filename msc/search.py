@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from msc.arm import Rollout, kept_arm
 from msc.cmaes import Start, minimise
-from msc.dmp import DMP, check_policy
+from msc.dmp import DMP, check_policies
 from msc.geometry import chain
 from msc.workspace import Workspace
 
@@ -166,7 +166,9 @@ def search_policy(
         )
     if seed < 0:
         raise ValueError(f"seed={seed}; wanted 0 or more")
-    given = [check_policy(policy, dmp.n_params) for policy in start_policies]
+    given = [
+        check_policies(policy, dmp.n_params, single=True) for policy in start_policies
+    ]
     if not np.isfinite(task_deg):
         raise ValueError(f"task_deg={task_deg}; wanted a finite angle")
     if incumbent and incumbent.task_deg != task_deg:

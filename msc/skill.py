@@ -24,14 +24,9 @@ from sklearn.svm import SVC
 from sklearn.utils._param_validation import HasMethods, StrOptions
 from sklearn.utils.validation import check_is_fitted
 
-from msc.gaussian import gaussian_classifier, gaussian_process
+from msc.gaussian import gaussian_classifier, gaussian_process, warn_of_scale
 from msc.smce import SMCE, _seed
-from msc.validation import (
-    check_magnitude,
-    validate_pairs,
-    validate_points,
-    warn_of_scale,
-)
+from msc.validation import check_magnitude, validate_pairs, validate_points
 
 __all__ = ["ParameterizedSkill"]
 

@@ -2,25 +2,17 @@
 
 from __future__ import annotations
 
-import warnings
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import issparse
-from scipy.spatial import KDTree
 from sklearn.utils.validation import assert_all_finite, validate_data
 
 Array = NDArray[np.float64]
 
 MAGNITUDES = (1e-100, 1e100)
 """Of values whose sums of squares are sure to be neither infinite nor lost."""
-
-TASK_DISTANCES = (1e-2, 10.0)
-"""Of tasks: all within the first, or neighbours beyond the second, no kernel can tell.
-
-Length scales are sought from 0.01 to 100, from starts up to 2.5.
-"""
 
 
 def validate_points(estimator: Any, X: Any, **options: Any) -> Array:
@@ -165,34 +157,3 @@ def _named(argument: str, error: ValueError | OverflowError) -> ValueError:
     if str(error).startswith("could not convert"):
         return ValueError(f"{argument} must hold numbers: {error}")
     return error
-
-
-def warn_of_scale(tasks: Array) -> None:
-    """Warn of tasks at a scale on which no length scale would be found.
-
-    Parameters
-    ----------
-    tasks : ndarray of shape (n_tasks, n_task_params)
-        Tasks that kernels are to be tuned to.
-
-    Warns
-    -----
-    UserWarning
-        If all tasks lie within, or most neighbours beyond, `TASK_DISTANCES`.
-
-    Examples
-    --------
-    >>> warn_of_scale(np.linspace(0, 6.28, 24)[:, None])
-    """
-    if len(tasks) < 3:
-        return
-    span = float(np.ptp(tasks, axis=0).max())
-    gap = float(np.median(KDTree(tasks).query(tasks, k=2)[0][:, 1]))
-    if 0 < span < TASK_DISTANCES[0] or gap > TASK_DISTANCES[1]:
-        warnings.warn(
-            f"tasks span {span:.3g} and lie {gap:.3g} apart, but kernels are tuned to "
-            "length scales from 0.01 to 100: bring tasks to a scale on which policies "
-            "change over about one unit",
-            UserWarning,
-            stacklevel=3,
-        )

@@ -16,7 +16,6 @@ from numpy.typing import ArrayLike, NDArray
 from msc.geometry import Circle, bent_home, chain, clearance
 
 _LINKS = (0.40, 0.35, 0.25)
-N_LINKS = len(_LINKS)
 
 
 @dataclass(frozen=True)
@@ -67,8 +66,8 @@ class Workspace:
     def __post_init__(self) -> None:
         """Refuse an arm that cannot be, and goals that no movement could reach."""
         for name in ("link_lengths", "link_masses"):
-            if len(given := getattr(self, name)) != N_LINKS or min(given) <= 0:
-                raise ValueError(f"{name}={given}; wanted {N_LINKS} positive numbers")
+            if len(given := getattr(self, name)) != len(_LINKS) or min(given) <= 0:
+                raise ValueError(f"{name}={given}; wanted 3 positive numbers")
         farthest = sum(self.link_lengths)
         nearest = max(0.0, 2 * max(self.link_lengths) - farthest)
         if not nearest < self.goal_radius < farthest:
