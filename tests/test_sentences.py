@@ -1,0 +1,114 @@
+"""Sentences of the book that stand without a cell beside them: the data say the same.
+
+Each test is named after what is said; its first line says where.
+"""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from msc import load_dataset
+from msc.audit_tables import confirmed_jumps
+from msc.jumps import find_jumps
+from msc.lookups import find_cell
+from msc.results import load_results
+from msc.smce import SMCE
+
+ROOT = Path(__file__).parents[1]
+SIZES = (8, 12, 16, 24, 36, 50, 72, 100, 180, 360)
+
+
+@pytest.fixture(autouse=True)
+def at_root(monkeypatch):
+    monkeypatch.chdir(ROOT)
+
+
+def ratio(world, measure, n_samples, baseline, method="charts"):
+    """Return the charts' mean over another method's, with its interval."""
+    (study,) = load_results(f"study_{world}")
+    wanted = {"measure": measure, "method": method, "baseline": baseline}
+    (found,) = (
+        one
+        for one in find_cell(study, "even", n_samples)["ratios"]
+        if wanted.items() <= one.items()
+    )
+    return found["ratio"], found["low"], found["high"]
+
+
+def test_all_large_steps_but_one_survive_bisection():
+    # Figure 5, the gallery, the protocol
+    (audit,) = load_results("audit_obstacles")
+    steps = find_jumps(*load_dataset("obstacles")[:2])
+    assert len(steps) == len(confirmed_jumps(audit)) + 1
+
+
+def test_one_jump_is_cut_first_and_the_others_stay_inside_charts():
+    # Finding the charts
+    tasks, policies, _ = load_dataset("obstacles")
+    steps = find_jumps(tasks, policies)
+    for n_charts in range(2, 7):
+        charts = SMCE(n_charts, random_state=0).fit(policies).labels_
+        borders = np.flatnonzero(np.diff(charts))
+        assert np.intersect1d(borders, steps).tolist() == [steps[0]]
+
+
+@pytest.mark.parametrize(
+    ("baseline", "method"),
+    [("single regression", "charts"), ("single, Matérn", "charts, Matérn")],
+)
+def test_charts_end_two_to_three_times_nearer(baseline, method):
+    # the first page, the README, Figure 7
+    found, _, high = ratio("obstacles", "error_cm", 24, baseline, method)
+    assert round(1 / found) in (2, 3)
+    assert high < 1
+
+
+@pytest.mark.parametrize("measure", ["error_cm", "excess_cost"])
+@pytest.mark.parametrize(
+    "baseline", ["CrKr", "nearest neighbour", "linear interpolation", "mean policy"]
+)
+def test_simpler_methods_are_better_than_both(measure, baseline):
+    # the first page, the README, Figure 7
+    _, low, _ = ratio("obstacles", measure, 24, baseline)
+    assert low > 1
+
+
+def test_with_the_chart_known_errors_are_a_third_to_three_quarters():
+    # Figure 8
+    def over(measure, baseline):
+        return [ratio("obstacles", measure, n, baseline)[0] for n in SIZES]
+
+    known = over("mse, chart known", "single regression")
+    assert 0.32 < min(known) < max(known) < 0.75
+    assert 0.09 < min(over("mse, chart known", "CrKr")) < 0.12
+    away = over("mse, away from jumps", "single regression")
+    assert max(away) < 1
+    assert np.mean(np.less(away, known)) > 0.5
+
+
+def test_by_excess_cost_charts_are_the_worse_at_a_level_that_nobody_would_see():
+    # Figure 2
+    _, low, _ = ratio("free", "excess_cost", 360, "single regression")
+    (study,) = load_results("study_free")
+    costs = find_cell(study, "even", 360)["measures"]["excess_cost"]
+    assert low > 1
+    assert costs["charts"]["mean"] < 1e-5
+
+
+@pytest.mark.parametrize(
+    ("baseline", "method"),
+    [("single regression", "charts"), ("single, Matérn", "charts, Matérn")],
+)
+def test_executed_charts_are_better_at_nearly_every_size(baseline, method):
+    # what an error costs
+    found = [ratio("obstacles", "error_cm", n, baseline, method)[2] for n in SIZES]
+    assert np.mean(np.less(found, 1)) >= 0.9
+
+
+def test_with_none_of_36_better_at_most_some_8_percent_could_be():
+    # how good are the policies?
+    for audit in load_results("audit_free", "audit_obstacles"):
+        assert audit["searched"]["n_cheaper"] == 0
+        n = len(audit["searched"]["change_of_cost"])
+        assert (n, round(100 * (1 - 0.05 ** (1 / n)))) == (36, 8)
