@@ -15,7 +15,7 @@ Array = NDArray[np.float64]
 
 _LARGEST_DENSE = 2000  # points; above, only the eigenvectors needed are computed
 _NUDGE = 1e-4  # of the last row's length: far above rounding, nothing to an inertia
-_SHIFT = -1e-3  # just below the least eigenvalue, 0
+_SHIFT = -1e-8  # below 0, the least eigenvalue, by less than the next of a long chain
 
 
 def laplacian_eigen(affinity: sp.csr_array, k: int, seed: int) -> tuple[Array, Array]:
@@ -46,16 +46,14 @@ def laplacian_eigen(affinity: sp.csr_array, k: int, seed: int) -> tuple[Array, A
     n_points = affinity.shape[0]
     scale = sp.diags_array(1 / np.sqrt(affinity.sum(axis=1)))
     laplacian = sp.eye_array(n_points) - scale @ affinity @ scale
+    null = _null_vectors(affinity, k)
     if n_points <= max(_LARGEST_DENSE, k + 1):  # the iterative solver finds fewer
         values, vectors = eigh(laplacian.toarray())
-    else:  # shift-invert: the small eigenvalues of a long chain lie very close
-        start = np.random.default_rng(seed).standard_normal(n_points)
-        inverse = _invert(laplacian - _SHIFT * sp.eye_array(n_points))
-        values, vectors = eigsh(laplacian, k, sigma=_SHIFT, v0=start, OPinv=inverse)
-        order = np.argsort(values)
-        values, vectors = values[order], vectors[:, order]
-    null = _null_vectors(affinity, k)
-    vectors = np.hstack([null, vectors[:, null.shape[1] : k]])
+        vectors = np.hstack([null, vectors[:, null.shape[1] : k]])
+    else:
+        further, others = _smallest_but_null(laplacian, null, k, seed)
+        values = np.r_[np.zeros(null.shape[1]), further]
+        vectors = np.hstack([null, others])
     return np.clip(values, 0.0, 2.0), vectors
 
 
@@ -69,15 +67,36 @@ def _null_vectors(affinity: sp.csr_array, k: int) -> Array:
     return np.asarray(np.linalg.qr(np.where(left, roots[:, None], 0.0))[0])
 
 
-def _invert(matrix: sp.csr_array) -> LinearOperator:
-    """Factorise a symmetric positive definite matrix, in an order of little fill."""
-    factors = splu(
-        matrix.tocsc(),
+def _smallest_but_null(
+    laplacian: sp.csr_array, null: Array, k: int, seed: int
+) -> tuple[Array, Array]:
+    """Return what follows the null vectors among the first k eigenvalues and vectors.
+
+    By shift-invert, since the small eigenvalues of a long chain lie very close; and in
+    the complement of the null vectors, which are known and would drown them.
+    """
+    n_points, n_null = null.shape
+    if n_null == k:
+        return np.empty(0), np.empty((n_points, 0))
+    factors = splu(  # in an order of little fill
+        (laplacian - _SHIFT * sp.eye_array(n_points)).tocsc(),
         permc_spec="MMD_AT_PLUS_A",
         diag_pivot_thresh=0.0,
         options={"SymmetricMode": True},
     )
-    return LinearOperator(matrix.shape, matvec=factors.solve, dtype=matrix.dtype)
+
+    def apart(vector: Array) -> Array:
+        return np.asarray(vector - null @ (null.T @ vector))
+
+    inverse = LinearOperator(
+        laplacian.shape, matvec=lambda v: apart(factors.solve(apart(v))), dtype=float
+    )
+    start = apart(np.random.default_rng(seed).standard_normal(n_points))
+    values, vectors = eigsh(
+        laplacian, k - n_null, sigma=_SHIFT, v0=start, OPinv=inverse
+    )
+    order = np.argsort(values)
+    return values[order], vectors[:, order]
 
 
 def unit_rows(vectors: Array) -> Array:

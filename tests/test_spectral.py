@@ -45,6 +45,60 @@ def test_both_roads_give_eigenvectors(road, sizes):
     assert (values[:k] < 1e-10).sum() == min(len(sizes), k)
 
 
+@pytest.mark.parametrize("n_points", [2001, 2500, 20_000])
+def test_eigenvalues_of_a_long_chain_and_of_a_long_ring(n_points):
+    """Both are known in closed form; those of a ring come in pairs."""
+    chain, k = graph(n_points), np.arange(8)
+    values, _ = laplacian_eigen(chain, 8, seed=0)
+    np.testing.assert_allclose(
+        values, 2 * np.sin(np.pi * k / (n_points - 1) / 2) ** 2, rtol=1e-6, atol=1e-14
+    )
+    ends = sp.coo_array(([1.0, 1.0], ([0, n_points - 1], [n_points - 1, 0])))
+    values, vectors = laplacian_eigen((chain + ends).tocsr(), 8, seed=0)
+    np.testing.assert_allclose(
+        values,
+        2 * np.sin(np.pi * ((k + 1) // 2) / n_points) ** 2,
+        rtol=1e-6,
+        atol=1e-14,
+    )
+    np.testing.assert_allclose(vectors.T @ vectors, np.eye(8), atol=1e-9)
+
+
+@pytest.mark.parametrize("weight", [1e-6, 1e-10, 1e-14])
+def test_pieces_that_hardly_hold_together(weight):
+    chain = graph(1100, 1100, 1100)
+    joint = sp.coo_array(([weight] * 2, ([1099, 1100], [1100, 1099])), chain.shape)
+    values, vectors = laplacian_eigen((chain + joint).tocsr(), 4, seed=0)
+    first, second, third = np.split(unit_rows(vectors[:, :3]), 3)
+    assert (values[:3] < 1e-6).all() and values[3] > 1e-6
+    for rows in (first, second, third):  # a point for each piece, apart from the others
+        np.testing.assert_allclose(rows, rows[[0]].repeat(1100, axis=0), atol=0.05)
+    for one, other in ((first, second), (first, third), (second, third)):
+        assert abs(one[0] @ other[0]) < 0.1
+
+
+SHAPES = {
+    "a curve": lambda u, v: np.c_[np.cos(6 * u), np.sin(6 * u), u, np.cos(11 * u)],
+    "a line": lambda u, v: u[:, None],
+    "a ring": lambda u, v: np.c_[np.cos(2 * np.pi * u), np.sin(2 * np.pi * u)],
+    "a sheet": lambda u, v: np.c_[u, v, u * v],
+    "far lines": lambda u, v: np.c_[u, 1e3 * (v > 0.5)],
+    "hundreds": lambda u, v: np.c_[u, 1e3 * (300 * v).astype(int)],
+}
+
+
+@pytest.mark.filterwarnings("ignore:the graph")
+@pytest.mark.parametrize("shape", SHAPES)
+def test_thousands_of_points_at_random(shape):
+    """Charts hold together: no point's chart differs from most of its neighbours'."""
+    u, v = np.random.default_rng(0).uniform(size=(2, 2501))
+    model = SMCE(4, n_neighbors=12, random_state=0).fit(SHAPES[shape](u, v))
+    assert set(model.labels_) == {0, 1, 2, 3}
+    links = model.affinity_matrix_.tocoo()
+    same = model.labels_[links.row] == model.labels_[links.col]
+    assert links.data[same].sum() > 0.95 * links.data.sum()
+
+
 def test_first_vectors_single_out_the_largest_components(road):
     component = np.repeat([0, 1, 2], [5, 9, 7])
     _, vectors = laplacian_eigen(graph(5, 9, 7), 3, seed=0)
