@@ -9,6 +9,7 @@ from typing import Any
 from joblib import Parallel, delayed, parallel_config
 
 from msc.journal import identify_code
+from msc.parallel import WorkerKilled, telling_of_killed_workers
 
 Run = Callable[[Callable[..., Any], Iterable[tuple[Any, ...]]], Iterable[Any]]
 
@@ -35,6 +36,9 @@ def open_workers(jobs: int = 1, dask: str | None = None) -> Iterator[Run]:
     ValueError
         If `dask` is not installed, nothing answers at the address within ten seconds,
         there are no workers, or they have another `msc` than is here.
+    WorkerKilled
+        If a worker process is killed meanwhile, or crashes; or if that happens to every
+        worker of Dask's that a task was given to.
 
     Notes
     -----
@@ -51,7 +55,10 @@ def open_workers(jobs: int = 1, dask: str | None = None) -> Iterator[Run]:
         with _connect(dask) as run:
             yield run
         return
-    with parallel_config("loky", n_jobs=jobs, inner_max_num_threads=1):
+    with (
+        telling_of_killed_workers(),
+        parallel_config("loky", n_jobs=jobs, inner_max_num_threads=1),
+    ):
         yield lambda function, calls: Parallel(return_as="generator_unordered")(
             delayed(function)(*call) for call in calls
         )
@@ -84,7 +91,10 @@ def _connect(address: str) -> Iterator[Run]:
             for future in as_completed(futures):
                 try:
                     yield future.result()
-                except KilledWorker as error:
-                    raise ValueError(f"dask: {error}") from None
+                except KilledWorker:
+                    raise WorkerKilled(
+                        "dask: every worker that a task was given to was killed, as "
+                        "systems do when memory runs out"
+                    ) from None
 
         yield run
