@@ -16,7 +16,7 @@ from msc.cli_book import COMMANDS as BOOK
 from msc.cli_options import Commands, add_jobs, add_profile, add_seed, check_output
 from msc.cli_search import COMMANDS as SEARCH
 from msc.files import replace_file, write_json
-from msc.parallel import WorkerKilled
+from msc.parallel import WorkersLost
 from msc.tables import load_dataset
 
 
@@ -48,7 +48,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("msc: interrupted", file=sys.stderr)
         return 130
-    except WorkerKilled as error:
+    except WorkersLost as error:
         print(f"msc: error: {error}; the same command begins anew", file=sys.stderr)
         return 2
     except (ValueError, OSError, BookError) as error:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from msc.cli_options import Commands, add_jobs, add_seed, check_output
 from msc.files import write_json
-from msc.parallel import WorkerKilled
+from msc.parallel import WorkersLost
 from msc.tables import load_dataset, read_package, save_table
 from msc.workspace import Workspace
 
@@ -61,7 +61,7 @@ def _run_search(options: argparse.Namespace) -> None:
     except KeyboardInterrupt:
         print("msc: the same command goes on from here", file=sys.stderr)
         raise
-    except WorkerKilled as error:
+    except WorkersLost as error:
         raise ValueError(f"{error}; the same command goes on from here") from None
     command = (
         f"msc search --workspace {options.workspace} --tasks {options.tasks}"

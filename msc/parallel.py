@@ -12,8 +12,8 @@ from threadpoolctl import threadpool_limits
 from tqdm import tqdm
 
 
-class WorkerKilled(RuntimeError):
-    """A worker ended before its work was done."""
+class WorkersLost(RuntimeError):
+    """Those who do the work ended before it was done."""
 
 
 @contextmanager
@@ -22,13 +22,13 @@ def telling_of_killed_workers() -> Iterator[None]:
 
     Raises
     ------
-    WorkerKilled
+    WorkersLost
         If a worker process is killed meanwhile, or crashes.
     """
     try:
         yield
     except BrokenProcessPool:
-        raise WorkerKilled(
+        raise WorkersLost(
             "a worker was killed, as the system does when memory runs out"
         ) from None
 
@@ -63,7 +63,7 @@ def call_in_order(
 
     Raises
     ------
-    WorkerKilled
+    WorkersLost
         If a worker process is killed meanwhile, or crashes.
 
     Notes

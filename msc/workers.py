@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -9,7 +10,7 @@ from typing import Any
 from joblib import Parallel, delayed, parallel_config
 
 from msc.journal import identify_code
-from msc.parallel import WorkerKilled, telling_of_killed_workers
+from msc.parallel import WorkersLost, telling_of_killed_workers
 
 Run = Callable[[Callable[..., Any], Iterable[tuple[Any, ...]]], Iterable[Any]]
 
@@ -36,9 +37,9 @@ def open_workers(jobs: int = 1, dask: str | None = None) -> Iterator[Run]:
     ValueError
         If `dask` is not installed, nothing answers at the address within ten seconds,
         there are no workers, or they have another `msc` than is here.
-    WorkerKilled
-        If a worker process is killed meanwhile, or crashes; or if that happens to every
-        worker of Dask's that a task was given to.
+    WorkersLost
+        If a worker process is killed meanwhile, or crashes; if that happens to every
+        worker of Dask's that a task was given to; or if its scheduler is gone.
 
     Notes
     -----
@@ -65,13 +66,26 @@ def open_workers(jobs: int = 1, dask: str | None = None) -> Iterator[Run]:
 
 
 @contextmanager
+def _silenced(name: str) -> Iterator[None]:
+    """Keep a library from logging what is told of by an exception."""
+    logger = logging.getLogger(name)
+    level = logger.level
+    logger.setLevel(logging.CRITICAL)
+    try:
+        yield
+    finally:
+        logger.setLevel(level)
+
+
+@contextmanager
 def _connect(address: str) -> Iterator[Run]:
     """Use the workers of a Dask scheduler."""
     try:
         from distributed import Client, KilledWorker, as_completed  # noqa: PLC0415
+        from distributed.client import FutureCancelledError  # noqa: PLC0415
     except ImportError:
         raise ValueError("dask: wanted the extra, pip install 'msc[cluster]'") from None
-    with Client(address, timeout=10) as client:
+    with _silenced("distributed.client"), Client(address, timeout=10) as client:
         try:
             code = client.run(identify_code)
         except Exception as error:  # whatever a worker without msc makes of it
@@ -92,9 +106,13 @@ def _connect(address: str) -> Iterator[Run]:
                 try:
                     yield future.result()
                 except KilledWorker:
-                    raise WorkerKilled(
+                    raise WorkersLost(
                         "dask: every worker that a task was given to was killed, as "
                         "systems do when memory runs out"
+                    ) from None
+                except FutureCancelledError:
+                    raise WorkersLost(
+                        f"dask: the connection to the scheduler {address} was lost"
                     ) from None
 
         yield run

@@ -21,7 +21,6 @@ from joblib import Parallel, delayed, parallel_config
 
 from msc.arm import Arm, kept_arm
 from msc.bullet import load_pybullet
-from msc.dataset import Plan, grid, search_tasks
 from msc.execution import execute_policies
 from msc.generations import record_search
 from msc.search import search_policy
@@ -108,7 +107,6 @@ def test_joblib_s_threads(alone):
 @pytest.fixture
 def in_short(monkeypatch):
     monkeypatch.setattr("msc.cmaes.MAX_EVALUATIONS", 18)
-    monkeypatch.setattr("msc.dataset.MAX_SWEEPS", 1)
 
 
 def searched(task):
@@ -128,15 +126,6 @@ def test_recorded_searches_in_threads(in_short):
         return run.costs.tobytes(), run.joints.tobytes()
 
     assert in_threads(costs, tasks[:2]) == [costs(task) for task in tasks[:2]]
-
-
-def test_many_tasks_by_the_threads_of_a_dask_worker(in_short):
-    distributed = pytest.importorskip("distributed")
-    plan = Plan(walled, grid(6), seed=0, n_starts=1)
-    options = {"dashboard_address": None, "protocol": "tcp", "processes": False}
-    with distributed.LocalCluster(1, threads_per_worker=3, **options) as cluster:
-        found = search_tasks(plan, dask=cluster.scheduler_address)
-    pd.testing.assert_frame_equal(found, search_tasks(plan), check_exact=True)
 
 
 # Closed, entered again, interrupted
