@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import threading
+import warnings
+import weakref
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from typing import NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -56,6 +60,10 @@ class Rollout:
 class Arm:
     """A simulated arm that executes policies.
 
+    It takes some 30 MB until it is closed. Threads may share one, which takes them in
+    turn: what a policy does depends neither on that nor on what was done before. A
+    process that is forked has a copy; an arm cannot be pickled.
+
     Parameters
     ----------
     workspace : Workspace
@@ -66,6 +74,18 @@ class Arm:
         Gains of the PID controller; by default ``Controller()``.
     n_parallel : int, default=9
         Copies simulated side by side: CMA-ES asks for nine policies at a time.
+
+    Raises
+    ------
+    ValueError
+        If there is no copy.
+    RuntimeError
+        If the process has 1024 worlds, which is all that PyBullet takes.
+
+    Warns
+    -----
+    ResourceWarning
+        If it is forgotten without being closed.
 
     Examples
     --------
@@ -89,6 +109,8 @@ class Arm:
         self.dmp = dmp or DMP()
         self.n_parallel = n_parallel
         self._world = World(workspace, controller or Controller(), n_parallel)
+        self._unclosed = weakref.finalize(self, _warn_of_unclosed, workspace.name)
+        self._unclosed.atexit = False
 
     @property
     def client_id(self) -> int:
@@ -103,9 +125,23 @@ class Arm:
         """Close the arm."""
         self.close()
 
+    def __reduce__(self) -> NoReturn:
+        """Refuse to be copied or pickled."""
+        raise TypeError(
+            "an Arm cannot be copied or pickled: its world lives in this process; "
+            "wanted another one, made where it is used: Arm(workspace)"
+        )
+
     def close(self) -> None:
-        """Free the physics world."""
+        """Free the physics world, after what another thread has it do.
+
+        Raises
+        ------
+        RuntimeError
+            If the call comes from within a rollout, as from a signal's handler.
+        """
         self._world.close()
+        self._unclosed.detach()
 
     def execute(self, policy: ArrayLike, task_deg: float) -> Rollout:
         """Execute one policy.
@@ -126,6 +162,8 @@ class Arm:
         ------
         ValueError
             If the policy has another length or is not finite.
+        RuntimeError
+            If the arm is closed, or the call comes from within a rollout.
         """
         one = check_policies(policy, self.dmp.n_params, single=True)
         return self.execute_many(one, task_deg)[0]
@@ -151,6 +189,9 @@ class Arm:
         ------
         ValueError
             If a policy has another length or is not finite, or the lengths differ.
+        RuntimeError
+            If the arm is closed, also by another thread, or the call comes from within
+            a rollout.
         """
         checked = np.atleast_2d(check_policies(policies, self.dmp.n_params))
         angles = np.asarray(task_deg, dtype=float)
@@ -202,9 +243,35 @@ class Arm:
         return np.concatenate([moving, held], axis=1)
 
 
-@lru_cache(maxsize=4)
+def _warn_of_unclosed(name: str) -> None:
+    """Warn of an arm that was forgotten; its world is freed."""
+    warnings.warn(
+        f"an arm (workspace {name!r}) was not closed; wanted close(), or "
+        "`with Arm(workspace) as arm:`",
+        ResourceWarning,
+        stacklevel=2,
+    )
+
+
+def _forgettable_arm(workspace: Workspace, dmp: DMP) -> Arm:
+    """Build an arm that may be forgotten."""
+    arm = Arm(workspace, dmp=dmp)
+    arm._unclosed.detach()
+    return arm
+
+
+class _Kept(threading.local):
+    """The arms that a thread keeps, freed as it ends."""
+
+    def __init__(self) -> None:
+        self.arm = lru_cache(maxsize=4)(_forgettable_arm)
+
+
+_kept = _Kept()
+
+
 def kept_arm(workspace: Workspace, dmp: DMP | None = None) -> Arm:
-    """Return the arm that this process keeps for a world: building one takes time.
+    """Return the arm that this thread keeps for a world: building one takes time.
 
     Parameters
     ----------
@@ -216,6 +283,7 @@ def kept_arm(workspace: Workspace, dmp: DMP | None = None) -> Arm:
     Returns
     -------
     Arm
-        Not to be closed. What it does does not depend on what it did before.
+        Not to be closed: the thread keeps four, and frees them as it ends. What it does
+        does not depend on what it did before.
     """
-    return Arm(workspace, dmp=dmp)
+    return _kept.arm(workspace, dmp or DMP())

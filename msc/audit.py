@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -15,7 +16,7 @@ from msc.bisection import bisect_jumps
 from msc.parallel import call_in_order
 from msc.results import describe_origin
 from msc.search import search_policy
-from msc.tables import load_dataset
+from msc.tables import load_dataset, read_package
 from msc.workspace import Workspace
 
 N_STARTS = 4  # of a search done again, none of them from a known policy
@@ -24,6 +25,7 @@ LOWER = 0.005  # a cost this share below the stored one tells of a missed policy
 
 def audit_table(
     path: Path,
+    workspace: str | None = None,
     *,
     n_sample: int = 36,
     seed: int = 1,
@@ -35,7 +37,10 @@ def audit_table(
     Parameters
     ----------
     path : Path
-        The table; its name begins with that of its workspace.
+        The table.
+    workspace : {"free", "obstacles"}, optional
+        Where its policies were searched; by default as the data package beside it has
+        it.
     n_sample : int, default=36
         Tasks to search again, drawn at random.
     seed : int, default=1
@@ -54,11 +59,11 @@ def audit_table(
     Raises
     ------
     ValueError
-        If the workspace is unknown, there are fewer tasks than are to be drawn, or the
-        seed is one that the table was made with.
+        If the workspace is unknown or another than the data package's, there are fewer
+        tasks than are to be drawn, or the seed is one that the table was made with.
     """
     _, policies, table = load_dataset(path)
-    world = Workspace.named(path.stem.partition("_")[0])
+    world = Workspace.named(_find_workspace(path, workspace))
     if not 1 <= n_sample <= len(table):
         raise ValueError(f"sample={n_sample}; wanted from 1 to {len(table)} tasks")
     if seed in set(table["seed"]):
@@ -66,6 +71,7 @@ def audit_table(
     tasks = table["task_deg"].to_numpy()
     sample = np.random.default_rng(seed).choice(len(table), n_sample, replace=False)
     command = f"msc audit data/{path.name} --sample {n_sample} --seed {seed}"
+    command += f" --workspace {workspace}" if workspace else ""
     return {
         "table": path.name,
         "workspace": world.name,
@@ -84,6 +90,32 @@ def audit_table(
             world, tasks, policies, seed=seed, jobs=jobs, progress=progress
         ),
     }
+
+
+def _find_workspace(path: Path, given: str | None) -> str:
+    """Return the workspace of a table: as given, or as its data package has it."""
+    known = {one["path"]: one for one in read_package(path.parent)["resources"]}
+    resource = known.get(path.name, {})
+    recorded = resource.get("workspace") or _of_command(str(resource.get("command")))
+    if given is None and recorded is None:
+        raise ValueError(
+            f"{path.name}: no data package beside it tells its workspace; wanted "
+            "--workspace free or obstacles"
+        )
+    if given is not None and recorded is not None and given != recorded:
+        raise ValueError(
+            f"workspace={given!r}, but the data package beside {path.name} says "
+            f"{recorded!r}; wanted the same, or none given"
+        )
+    return str(given or recorded)
+
+
+def _of_command(command: str) -> str | None:
+    """Return the workspace of a command line `msc search …`; None of any other."""
+    if command.split()[:2] != ["msc", "search"]:
+        return None
+    told = re.search(r"\s--workspace[\s=]+(\S+)", command)
+    return told[1] if told else "free"
 
 
 def execute_again(

@@ -6,6 +6,9 @@ stepped together, and never near enough for the engine to look for contacts betw
 them. This is what makes a rollout cost little more than its physics. Each copy is a
 body, and so a solver island, of its own: a test holds it to do, bit for bit, what it
 would do alone.
+
+PyBullet keeps Python's global lock while it computes, so threads gain nothing by
+stepping worlds side by side: here they take turns, a batch of policies each.
 """
 
 from __future__ import annotations
@@ -14,7 +17,10 @@ import contextlib
 import ctypes
 import math
 import os
+import sys
 import tempfile
+import threading
+import weakref
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -32,10 +38,18 @@ SUBSTEPS = 4  # of the physics in a time step of the controller: 240 Hz
 _JOINTS = [0, 1, 2]
 _ARM_FILTER, _OBSTACLE_FILTER = (2, 1), (1, 2)  # group, mask: arms meet obstacles only
 _GROUND = 768  # m; from here to 1024 m, doubles are evenly spaced: storeys round alike
+_BREAKING = 0.02  # m; PyBullet's default, which any connection sets for all of them
+
+_TURN = threading.RLock()  # a fork waits for it, so that no copy is in mid-rollout
+os.register_at_fork(
+    before=_TURN.acquire, after_in_parent=_TURN.release, after_in_child=_TURN.release
+)
 
 
 class World:
     """A physics world with copies of a workspace's arm and its obstacles.
+
+    It is freed when it is closed, or forgotten.
 
     Parameters
     ----------
@@ -50,6 +64,11 @@ class World:
     ----------
     client_id : int
         PyBullet's number of the world; -1 once it is closed.
+
+    Raises
+    ------
+    RuntimeError
+        If the process has as many worlds already as PyBullet takes.
     """
 
     def __init__(
@@ -58,6 +77,14 @@ class World:
         self.workspace, self.controller, self.n_arms = workspace, controller, n_arms
         self._bullet = load_pybullet()
         self.client_id: int = self._bullet.connect(self._bullet.DIRECT)
+        if self.client_id < 0:
+            raise RuntimeError(
+                "PyBullet takes no more than 1024 worlds in a process; wanted arms "
+                "closed that are not needed any more"
+            )
+        self._free = weakref.finalize(self, _disconnect, self._bullet, self.client_id)
+        self._free.atexit = False
+        self._busy = self._torn = False  # executing; left in the middle of it
         self._inertias = coupled_inertias(workspace.link_lengths, workspace.link_masses)
         self._bodies = self._load_arms()
         self._obstacles = [
@@ -67,10 +94,17 @@ class World:
         ]
 
     def close(self) -> None:
-        """Free the world."""
-        if self.client_id >= 0:
-            self._bullet.disconnect(self.client_id)
+        """Free the world, after what another thread has it do.
+
+        Raises
+        ------
+        RuntimeError
+            If the call comes from within a rollout, as from a signal's handler.
+        """
+        with _TURN:
+            self._refuse_if_busy()
             self.client_id = -1
+            self._free()
 
     def track(
         self, plan: NDArray[np.float64]
@@ -93,11 +127,30 @@ class World:
         Raises
         ------
         RuntimeError
-            If the world has been freed.
+            If the world has been freed, or the call comes from within a rollout.
         """
+        with _TURN:
+            self._refuse_if_busy()
+            if self.client_id < 0:
+                raise RuntimeError("the arm is closed; wanted an open one")
+            self._busy = True
+            try:
+                return self._track(plan)
+            finally:
+                self._busy = False
+
+    def _refuse_if_busy(self) -> None:
+        """Refuse a call from within a rollout: locks do not keep a thread from it."""
+        if self._busy:
+            raise RuntimeError(
+                "the arm is in the middle of a rollout; wanted calls one after another"
+            )
+
+    def _track(
+        self, plan: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Follow planned joint angles, see `track`."""
         bullet, client = self._bullet, self.client_id
-        if client < 0:
-            raise RuntimeError("the arm is closed; wanted an open one")
         n_policies, n_rows = plan.shape[:2]
         wanted = np.empty((n_rows, 3, self.n_arms))
         wanted[:] = np.array(self.workspace.home)[:, None]
@@ -107,6 +160,7 @@ class World:
         states = np.empty((n_rows, 6 * self.n_arms))
         contacts: list[list[float]] = [[] for _ in self._bodies]
         self._reset()
+        self._torn = True
         states[0] = self._read()
         for step in range(n_rows - 1):
             state = states[step].reshape(-1, 2, 3).transpose(1, 2, 0)
@@ -118,6 +172,7 @@ class World:
             if self._obstacles:
                 for contact in bullet.getContactPoints(physicsClientId=client):
                     contacts[self._bodies.index(contact[1])].append(contact[9])
+        self._torn = False
         angles = states.reshape(n_rows, -1, 2, 3)[:, :n_policies, 0]
         impulse = np.array([math.fsum(forces) for forces in contacts[:n_policies]])
         return angles.swapaxes(0, 1).copy(), SUBSTEPS * TIME_STEP * impulse
@@ -136,6 +191,11 @@ class World:
     def _reset(self) -> None:
         """Put every arm at rest in the home pose and forget every contact."""
         bullet, client = self._bullet, self.client_id
+        bullet.setPhysicsEngineParameter(
+            contactBreakingThreshold=_BREAKING, physicsClientId=client
+        )
+        if self._torn:  # torques that moved nothing yet would add to the next ones
+            bullet.stepSimulation(physicsClientId=client)
         for body in self._bodies:
             for joint, angle in zip(_JOINTS, self.workspace.home, strict=True):
                 bullet.resetJointState(body, joint, angle, 0.0, physicsClientId=client)
@@ -246,23 +306,29 @@ def _urdf(workspace: Workspace) -> str:
 
 def load_pybullet() -> Any:
     """Import PyBullet without the line it prints past Python's own streams."""
-    with _quiet():
+    with _TURN, contextlib.nullcontext() if "pybullet" in sys.modules else _quiet():
         import pybullet  # noqa: PLC0415
     return pybullet
 
 
 @contextlib.contextmanager
 def _quiet() -> Iterator[None]:
-    """Send the process's output nowhere, that of C libraries included."""
-    saved = [os.dup(stream) for stream in (1, 2)]
-    null = os.open(os.devnull, os.O_WRONLY)
-    for stream in (1, 2):
-        os.dup2(null, stream)
+    """Send what C code prints nowhere; what other threads print stays."""
+    library = ctypes.CDLL(None)
+    library.fopen.restype = ctypes.c_void_p
+    streams = [ctypes.c_void_p.in_dll(library, name) for name in ("stdout", "stderr")]
+    saved = [stream.value for stream in streams]
+    null = library.fopen(os.devnull.encode(), b"w")
+    for stream in streams:
+        stream.value = null
     try:
         yield
     finally:
-        ctypes.CDLL(None).fflush(None)
-        for stream, copy in zip((1, 2), saved, strict=True):
-            os.dup2(copy, stream)
-            os.close(copy)
-        os.close(null)
+        for stream, value in zip(streams, saved, strict=True):
+            stream.value = value
+
+
+def _disconnect(bullet: Any, client: int) -> None:
+    """Free a world, if nobody else has freed it."""
+    with contextlib.suppress(bullet.error):
+        bullet.disconnect(client)

@@ -16,6 +16,7 @@ from msc.cli_book import COMMANDS as BOOK
 from msc.cli_options import Commands, add_jobs, add_profile, add_seed, check_output
 from msc.cli_search import COMMANDS as SEARCH
 from msc.files import replace_file, write_json
+from msc.parallel import WorkersLost
 from msc.tables import load_dataset
 
 
@@ -30,8 +31,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     Returns
     -------
     int
-        Exit status: 0; 2 after a bad argument, an unusable file or a failed chapter;
-        130 if interrupted.
+        Exit status: 0; 2 after a bad argument, an unusable file, a killed worker or a
+        failed chapter; 130 if interrupted.
     """
     parser = argparse.ArgumentParser(
         prog="msc", description="Parameterized skills by manifold clustering."
@@ -47,6 +48,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     except KeyboardInterrupt:
         print("msc: interrupted", file=sys.stderr)
         return 130
+    except WorkersLost as error:
+        print(f"msc: error: {error}; the same command begins anew", file=sys.stderr)
+        return 2
     except (ValueError, OSError, BookError) as error:
         print(f"msc: error: {_sentence(error)}", file=sys.stderr)
         return 2

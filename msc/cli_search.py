@@ -11,7 +11,8 @@ from pathlib import Path
 
 from msc.cli_options import Commands, add_jobs, add_seed, check_output
 from msc.files import write_json
-from msc.tables import load_dataset, save_table
+from msc.parallel import WorkersLost
+from msc.tables import load_dataset, read_package, save_table
 from msc.workspace import Workspace
 
 
@@ -47,6 +48,7 @@ def _run_search(options: argparse.Namespace) -> None:
     )
     out: Path = options.out
     check_output(out, ".csv", jobs=options.jobs, seed=options.seed)
+    read_package(out.parent)
     journal = out.with_name(f".{out.name}.partial")
     try:
         table = search_tasks(
@@ -59,6 +61,8 @@ def _run_search(options: argparse.Namespace) -> None:
     except KeyboardInterrupt:
         print("msc: the same command goes on from here", file=sys.stderr)
         raise
+    except WorkersLost as error:
+        raise ValueError(f"{error}; the same command goes on from here") from None
     command = (
         f"msc search --workspace {options.workspace} --tasks {options.tasks}"
         f" --offset {options.offset:.17g} --seed {options.seed}"
@@ -76,6 +80,9 @@ def _add_audit(commands: Commands) -> None:
     """Declare `msc audit`."""
     parser = commands.add_parser("audit", help="examine a table of policies")
     parser.add_argument("table", type=Path, help="a .csv file, as data/free.csv")
+    parser.add_argument(
+        "--workspace", help="free, obstacles; by default as the data package has it"
+    )
     parser.add_argument("--sample", type=int, default=36, help="tasks searched again")
     add_seed(parser, 1, "a fresh seed")
     add_jobs(parser)
@@ -92,6 +99,7 @@ def _run_audit(options: argparse.Namespace) -> None:
         check_output(out, ".json", jobs=options.jobs, seed=options.seed)
     found = audit_table(
         options.table,
+        options.workspace,
         n_sample=options.sample,
         seed=options.seed,
         jobs=options.jobs,

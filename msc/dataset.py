@@ -11,7 +11,6 @@ done first.
 
 from __future__ import annotations
 
-import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
@@ -37,7 +36,6 @@ from msc.workspace import Workspace
 
 COARSE_DEG = 5.0  # between tasks that are searched without a neighbour's policy
 MAX_SWEEPS = 24  # of each pass; it has always come to rest earlier
-_TURN = threading.Lock()  # a process has one arm, even if a Dask worker has threads
 _NEIGHBOURS = ("task before", "task after")  # the policies given to a search
 
 
@@ -213,21 +211,20 @@ def _search(
     incumbent: SearchResult | None,
 ) -> tuple[int, SearchResult]:
     """Search one task, in a worker."""
-    with _TURN:
-        workspace, task, seed = plan.workspace, plan.tasks_deg[k], plan.seed
+    workspace, task, seed = plan.workspace, plan.tasks_deg[k], plan.seed
+    result = search_policy(
+        workspace,
+        task,
+        seed=seed,
+        n_starts=0 if incumbent else 1 if start_policies else plan.n_starts,
+        start_policies=start_policies,
+        incumbent=incumbent,
+    )
+    if not incumbent and start_policies and result.n_agreeing < len(result.starts):
         result = search_policy(
-            workspace,
-            task,
-            seed=seed,
-            n_starts=0 if incumbent else 1 if start_policies else plan.n_starts,
-            start_policies=start_policies,
-            incumbent=incumbent,
+            workspace, task, seed=seed, n_starts=plan.n_starts - 1, incumbent=result
         )
-        if not incumbent and start_policies and result.n_agreeing < len(result.starts):
-            result = search_policy(
-                workspace, task, seed=seed, n_starts=plan.n_starts - 1, incumbent=result
-            )
-        return k, result
+    return k, result
 
 
 def _differ(one: SearchResult, other: SearchResult) -> bool:

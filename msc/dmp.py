@@ -216,4 +216,5 @@ def _responses(
     if not (solution.success and np.isfinite(solution.y).all()):
         raise ValueError(f"{dmp}: cannot be integrated: {solution.message}")
     x = solution.y[:n].T
+    x.setflags(write=False)  # kept for all that ask
     return x[:, 0], x[:, 1:]

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-import fcntl
 import hashlib
 import json
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from dataclasses import asdict
 from pathlib import Path
 from typing import IO, Any
@@ -13,6 +12,7 @@ from typing import IO, Any
 import numpy as np
 
 from msc.cmaes import Start
+from msc.files import locked
 from msc.search import SearchResult
 
 _CODE = (
@@ -28,18 +28,21 @@ _CODE = (
     "search",
     "dataset",
 )
+_SEAL = len('{"digest": "", ') + 64  # bytes that a line's digest takes
 
 
 class Journal:
     """Results of a search, one line of JSON each, under a line that names the search.
 
-    To be used as a context manager, which holds the file locked.
+    Each line has a digest of the rest of it and of the search, so that no other line is
+    ever taken for one. To be used as a context manager, which holds the file locked.
 
     Parameters
     ----------
     path : Path or None
         The file; None keeps nothing. One that belongs to another plan, or to other
-        code, is begun anew; what follows a line torn by a crash is dropped with it.
+        code, is begun anew; what follows a line that was torn by a crash, or that this
+        search did not write, is dropped with it.
     plan : object
         What is searched; its `repr` identifies it.
 
@@ -58,10 +61,20 @@ class Journal:
         self.results: dict[tuple[str, int], SearchResult] = {}
         self._path = path
         self._file: IO[bytes] | None = None
+        self._held = ExitStack()
         if path is not None:
+            self._header = json.dumps({"plan": _fingerprint(plan)}).encode()
             path.parent.mkdir(parents=True, exist_ok=True)
-            self._file = path.open("a+b")
-            self._open(json.dumps({"plan": _fingerprint(plan)}).encode())
+            refusal = (
+                f"{path} is in use by another search; wait for it, stop it, or write "
+                "elsewhere"
+            )
+            path.touch()
+            with ExitStack() as held:
+                held.enter_context(locked(path, refusal))
+                self._file = held.enter_context(path.open("a+b"))
+                self._take_over(self._file)
+                self._held = held.pop_all()
 
     def __enter__(self) -> Journal:
         """Return the journal itself."""
@@ -69,9 +82,8 @@ class Journal:
 
     def __exit__(self, *_: object) -> None:
         """Let the file go."""
-        if self._file is not None:
-            with suppress(OSError):  # of a line that could not be written, told before
-                self._file.close()
+        with suppress(OSError):  # of a line that could not be written, told before
+            self._held.close()
 
     def append(self, phase: str, k: int, result: SearchResult) -> None:
         """Keep a result.
@@ -92,34 +104,31 @@ class Journal:
         """
         self.results[phase, k] = result
         entry = {"phase": phase, "k": k, "result": asdict(result)}
-        self._write(json.dumps(entry, default=np.ndarray.tolist).encode())
+        if self._file is not None:
+            text = json.dumps(entry, default=np.ndarray.tolist).encode()
+            self._write(self._seal(text[1:]))
 
-    def _open(self, header: bytes) -> None:
-        """Lock the file and take over what it holds of this search."""
-        assert self._file is not None
-        try:
-            fcntl.flock(self._file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            self._file.close()
-            raise ValueError(
-                f"{self._path} is in use by another search; wait for it, stop it, or "
-                "write elsewhere"
-            ) from None
-        self._file.seek(0)
-        lines = self._file.read().split(b"\n")
-        if lines[0] != header or len(lines) == 1:
-            self._file.truncate(0)
-            self._write(header)
+    def _take_over(self, file: IO[bytes]) -> None:
+        """Take over what the file holds of this search, and drop the rest."""
+        file.seek(0)
+        lines = file.read().split(b"\n")
+        if lines[0] != self._header or len(lines) == 1:
+            file.truncate(0)
+            self._write(self._header)
             return
-        whole = len(header) + 1
+        whole = len(self._header) + 1
         for line in lines[1:-1]:
-            try:
-                entry = json.loads(line)
-            except ValueError:
+            if line != self._seal(line[_SEAL:]):
                 break
+            entry = json.loads(line)
             self.results[entry["phase"], entry["k"]] = _result(entry["result"])
             whole += len(line) + 1
-        self._file.truncate(whole)
+        file.truncate(whole)
+
+    def _seal(self, rest: bytes) -> bytes:
+        """Begin a line with the digest of its rest and of the search."""
+        digest = hashlib.sha256(self._header + rest).hexdigest()
+        return b'{"digest": "%b", %b' % (digest.encode(), rest)
 
     def _write(self, line: bytes) -> None:
         """Append a line at once."""

@@ -2,12 +2,35 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Iterator
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
 from typing import Any
 
 from joblib import Parallel, delayed, parallel_config
 from threadpoolctl import threadpool_limits
 from tqdm import tqdm
+
+
+class WorkersLost(RuntimeError):
+    """Those who do the work ended before it was done."""
+
+
+@contextmanager
+def telling_of_killed_workers() -> Iterator[None]:
+    """Have joblib's error about a worker that is gone say it in a sentence.
+
+    Raises
+    ------
+    WorkersLost
+        If a worker process is killed meanwhile, or crashes.
+    """
+    try:
+        yield
+    except BrokenProcessPool:
+        raise WorkersLost(
+            "a worker was killed, as the system does when memory runs out"
+        ) from None
 
 
 def call_in_order(
@@ -38,6 +61,11 @@ def call_in_order(
     list
         What the calls returned.
 
+    Raises
+    ------
+    WorkersLost
+        If a worker process is killed meanwhile, or crashes.
+
     Notes
     -----
     One thread a process, one process included: a matrix product on two threads adds up
@@ -50,6 +78,7 @@ def call_in_order(
     """
     listed = list(calls)
     with (
+        telling_of_killed_workers(),
         threadpool_limits(1),
         parallel_config("loky", n_jobs=jobs, inner_max_num_threads=1),
     ):

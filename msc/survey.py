@@ -18,6 +18,7 @@ from msc.dmp import DMP
 from msc.geometry import chain, clearance
 from msc.jumps import find_jumps
 from msc.kinematics import follow_path
+from msc.parallel import telling_of_killed_workers
 from msc.search import (
     ENERGY_WEIGHT,
     ERROR_WEIGHT,
@@ -62,9 +63,10 @@ def locate_cut(*, seed: int = 0, jobs: int = 1) -> dict[str, Any]:
     middle = 45.0  # opposite the end effector's home; the tie is near
     angles = middle + 5.0 * np.arange(-12, 13)
     walks = [angles, angles[::-1]]
-    below, above = Parallel(n_jobs=min(jobs, 2))(
-        delayed(_walk)(walk.tolist(), seed) for walk in walks
-    )
+    with telling_of_killed_workers():
+        below, above = Parallel(n_jobs=min(jobs, 2))(
+            delayed(_walk)(walk.tolist(), seed) for walk in walks
+        )
     advantage = np.array(below) - np.array(above[::-1])
     tie = float(np.interp(0.0, advantage, angles))
     return {
@@ -99,7 +101,7 @@ def choose_layout(*, seed: int = 0, jobs: int = 1) -> dict[str, Any]:
     """
     looked_at: list[dict[str, Any]] = []
     layouts = count()
-    with tqdm(desc="layouts", unit="layout") as bar:
+    with telling_of_killed_workers(), tqdm(desc="layouts", unit="layout") as bar:
         while not any(layout["fit"] for layout in looked_at):
             batch = [next(layouts) for _ in range(jobs)]
             looked_at += Parallel(n_jobs=jobs)(

@@ -6,6 +6,7 @@ units, the command that made each table, its seed, the package versions and a SH
 
 from __future__ import annotations
 
+import hashlib
 import json
 import platform
 from importlib import metadata
@@ -16,7 +17,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from msc.files import checksum, find_data, replace_file
+from msc.files import checksum, find_data, locked, replace_files
 
 WEIGHTS = tuple(f"weight_{axis}{number}" for axis in "xy" for number in (1, 2, 3))
 
@@ -43,6 +44,7 @@ COLUMNS: dict[str, tuple[str, str]] = {
     "seed": ("integer", "Seed of the search"),
 }
 
+PACKAGE = "datapackage.json"
 _NAMED = ("free", "obstacles", "free_test", "obstacles_test")
 _Package = dict[str, Any]
 _PACKAGES = ("msc", "numpy", "scipy", "cma", "pybullet")
@@ -129,24 +131,24 @@ def save_table(
         The seed of that command.
     **extra : dict
         Further facts for the data package.
+
+    Raises
+    ------
+    ValueError
+        If the data package that is there is broken.
+    OSError
+        If one of the two cannot be written; both are then left as they were.
     """
     text = table[list(COLUMNS)].to_csv(index=False, lineterminator="\n")
-    replace_file(path, text)
-    package_file = path.parent / "datapackage.json"
-    package: _Package = (
-        json.loads(package_file.read_text())
-        if package_file.is_file()
-        else {"name": "msc-policies", "licenses": [{"name": "CC0-1.0"}]}
-    )
-    others = [r for r in package.get("resources", []) if r["path"] != path.name]
+    content = text.encode()
     resource: _Package = {
         "name": path.stem.replace("_", "-"),
         "path": path.name,
         "profile": "tabular-data-resource",
         "format": "csv",
         "encoding": "utf-8",
-        "bytes": path.stat().st_size,
-        "hash": checksum(path),
+        "bytes": len(content),
+        "hash": f"sha256:{hashlib.sha256(content).hexdigest()}",
         "command": command,
         "seed": seed,
         **extra,
@@ -162,22 +164,66 @@ def save_table(
             "primaryKey": ["task_deg"],
         },
     }
-    package["resources"] = sorted([*others, resource], key=lambda r: str(r["path"]))
-    replace_file(package_file, json.dumps(package, indent=2, ensure_ascii=False) + "\n")
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with locked(path.parent):  # another search may end in this folder
+        package = read_package(path.parent)
+        others = [one for one in package["resources"] if one["path"] != path.name]
+        package["resources"] = sorted([*others, resource], key=lambda one: one["path"])
+        described = json.dumps(package, indent=2, ensure_ascii=False) + "\n"
+        replace_files({path: text, path.parent / PACKAGE: described})
+
+
+def read_package(folder: Path) -> dict[str, Any]:
+    """Read the data package of a folder of tables.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder.
+
+    Returns
+    -------
+    dict
+        What it says; a package without tables if there is none.
+
+    Raises
+    ------
+    ValueError
+        If the file is not what a data package should be, or cannot be read.
+    """
+    file = folder / PACKAGE
+    if not file.exists():
+        start = {"name": "msc-policies", "licenses": [{"name": "CC0-1.0"}]}
+        return start | {"resources": []}
+    try:
+        package = json.loads(file.read_text(encoding="utf-8"))
+        json.dumps(package, ensure_ascii=False).encode()  # as it is to be written again
+    except OSError as error:
+        raise ValueError(f"{file}: cannot be read: {error.strerror}") from None
+    except (ValueError, RecursionError) as error:
+        raise ValueError(
+            f"{file}: wanted a data package, which is JSON in UTF-8: {error}; mend it "
+            "or remove it"
+        ) from None
+    resources = package.get("resources") if isinstance(package, dict) else None
+    if not isinstance(resources, list) or not all(
+        isinstance(one, dict) and isinstance(one.get("path"), str) for one in resources
+    ):
+        raise ValueError(
+            f"{file}: wanted a data package, an object whose `resources` is a list of "
+            "objects with a `path` each; mend it or remove it"
+        )
+    return dict(package)
 
 
 def _verify(path: Path) -> None:
     """Compare a table with the checksum in the data package beside it, if any."""
-    package_file = path.parent / "datapackage.json"
-    if not package_file.is_file():
-        return
-    package: _Package = json.loads(package_file.read_text())
-    for resource in package.get("resources", []):
+    for resource in read_package(path.parent)["resources"]:
         if resource["path"] == path.name:
-            found = checksum(path)
-            if found != resource["hash"]:
+            found, stated = checksum(path), resource.get("hash")
+            if found != stated:
                 raise ValueError(
                     f"{path.name}: checksum {found[7:19]}… differs from the data "
-                    f"package's {resource['hash'][7:19]}…; restore the file, or remake "
-                    f"it: {resource['command']}"
+                    f"package's {str(stated)[7:19]}…; restore the file, or remake "
+                    f"it: {resource.get('command')}"
                 )

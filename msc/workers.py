@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -9,6 +10,7 @@ from typing import Any
 from joblib import Parallel, delayed, parallel_config
 
 from msc.journal import identify_code
+from msc.parallel import WorkersLost, telling_of_killed_workers
 
 Run = Callable[[Callable[..., Any], Iterable[tuple[Any, ...]]], Iterable[Any]]
 
@@ -35,6 +37,9 @@ def open_workers(jobs: int = 1, dask: str | None = None) -> Iterator[Run]:
     ValueError
         If `dask` is not installed, nothing answers at the address within ten seconds,
         there are no workers, or they have another `msc` than is here.
+    WorkersLost
+        If a worker process is killed meanwhile, or crashes; if that happens to every
+        worker of Dask's that a task was given to; or if its scheduler is gone.
 
     Notes
     -----
@@ -51,10 +56,25 @@ def open_workers(jobs: int = 1, dask: str | None = None) -> Iterator[Run]:
         with _connect(dask) as run:
             yield run
         return
-    with parallel_config("loky", n_jobs=jobs, inner_max_num_threads=1):
+    with (
+        telling_of_killed_workers(),
+        parallel_config("loky", n_jobs=jobs, inner_max_num_threads=1),
+    ):
         yield lambda function, calls: Parallel(return_as="generator_unordered")(
             delayed(function)(*call) for call in calls
         )
+
+
+@contextmanager
+def _silenced(name: str) -> Iterator[None]:
+    """Keep a library from logging what is told of by an exception."""
+    logger = logging.getLogger(name)
+    level = logger.level
+    logger.setLevel(logging.CRITICAL)
+    try:
+        yield
+    finally:
+        logger.setLevel(level)
 
 
 @contextmanager
@@ -62,9 +82,10 @@ def _connect(address: str) -> Iterator[Run]:
     """Use the workers of a Dask scheduler."""
     try:
         from distributed import Client, KilledWorker, as_completed  # noqa: PLC0415
+        from distributed.client import FutureCancelledError  # noqa: PLC0415
     except ImportError:
         raise ValueError("dask: wanted the extra, pip install 'msc[cluster]'") from None
-    with Client(address, timeout=10) as client:
+    with _silenced("distributed.client"), Client(address, timeout=10) as client:
         try:
             code = client.run(identify_code)
         except Exception as error:  # whatever a worker without msc makes of it
@@ -84,7 +105,14 @@ def _connect(address: str) -> Iterator[Run]:
             for future in as_completed(futures):
                 try:
                     yield future.result()
-                except KilledWorker as error:
-                    raise ValueError(f"dask: {error}") from None
+                except KilledWorker:
+                    raise WorkersLost(
+                        "dask: every worker that a task was given to was killed, as "
+                        "systems do when memory runs out"
+                    ) from None
+                except FutureCancelledError:
+                    raise WorkersLost(
+                        f"dask: the connection to the scheduler {address} was lost"
+                    ) from None
 
         yield run

@@ -3,12 +3,13 @@ import pytest
 
 import msc.audit
 import msc.bisection
-from msc.audit import audit_table
+from msc.audit import _find_workspace, audit_table
 from msc.audit_tables import list_jumps, summarise
 from msc.bisection import bisect, bisect_jumps
 from msc.dataset import Plan, grid, search_tasks
+from msc.files import find_data
 from msc.search import SearchResult
-from msc.tables import save_table
+from msc.tables import load_dataset, save_table
 from msc.workspace import Workspace
 
 free = Workspace.free()
@@ -56,7 +57,7 @@ def test_a_policy_that_was_tampered_with_is_noticed(table, tmp_path, searches):
     values[1] = str(float(values[1]) + 0.01)
     other = tmp_path / "free.csv"
     other.write_text("\n".join([text[0], ",".join(values), *text[2:]]) + "\n")
-    executed = audit_table(other, n_sample=1)["executed"]
+    executed = audit_table(other, "free", n_sample=1)["executed"]
     assert executed["identical"] == 3
     assert executed["largest_difference_m"] > 1e-6
 
@@ -141,8 +142,66 @@ def test_the_seed_of_the_table_is_refused(table):
         audit_table(table, seed=0, n_sample=1)
 
 
-def test_a_table_of_an_unknown_workspace_is_refused(table, tmp_path):
-    other = tmp_path / "elsewhere.csv"
-    other.write_bytes(table.read_bytes())
+# The workspace
+
+
+@pytest.fixture
+def saved(table, searches):
+    """Save the table in a folder with a name and a command; return what audits say."""
+    searches(lambda _: np.zeros(6))
+
+    def save(path, command, given=None, **extra):
+        save_table(load_dataset(table)[2], path, command=command, seed=0, **extra)
+        return audit_table(path, given, n_sample=1)
+
+    return save
+
+
+@pytest.mark.parametrize(
+    ("command", "extra", "world"),
+    [
+        ("msc search --workspace obstacles --tasks 4", {}, "obstacles"),
+        ("msc search --tasks 4 --workspace=obstacles", {}, "obstacles"),
+        ("msc search --workspace free --out data/obstacles.csv", {}, "free"),
+        ("msc search --tasks 4 --out data/obstacles.csv", {}, "free"),
+        ("python mine.py", {"workspace": "obstacles"}, "obstacles"),
+    ],
+)
+def test_the_workspace_is_the_package_s_whatever_the_name(
+    command, extra, world, saved, tmp_path
+):
+    for name in ("free.csv", "obstacles_test.csv", "elsewhere.csv"):
+        found = saved(tmp_path / name, command, **extra)
+        assert found["workspace"] == world
+        assert "--workspace" not in found["provenance"]["command"]
+    assert saved(tmp_path / "mine.csv", command, world, **extra)["workspace"] == world
+
+
+def test_another_workspace_than_the_package_s_is_refused(saved, tmp_path):
+    asked = r"workspace='free', but the data package beside a\.csv says 'obstacles'"
+    with pytest.raises(ValueError, match=asked):
+        saved(tmp_path / "a.csv", "msc search --workspace obstacles", "free")
+
+
+@pytest.mark.parametrize("command", ["python mine.py --workspace free", "", "msc"])
+def test_a_workspace_that_nothing_tells_is_asked_for(command, saved, tmp_path):
+    path = tmp_path / "free.csv"
+    with pytest.raises(ValueError, match=r"free\.csv: no data package .*--workspace"):
+        saved(path, command)
+    path.with_name("datapackage.json").unlink()
+    with pytest.raises(ValueError, match=r"free\.csv: no data package .*--workspace"):
+        audit_table(path, n_sample=1)
+    found = audit_table(path, "obstacles", n_sample=1)
+    assert found["workspace"] == "obstacles"
+    assert found["provenance"]["command"].endswith(" --workspace obstacles")
+
+
+def test_a_workspace_that_is_unknown_is_refused(saved, tmp_path):
     with pytest.raises(ValueError, match="workspace='elsewhere' is unknown"):
-        audit_table(other, n_sample=1)
+        saved(tmp_path / "free.csv", "msc search --workspace elsewhere")
+
+
+def test_the_tables_of_the_repository_tell_their_workspaces():
+    for name in ("free", "free_test", "obstacles", "obstacles_test"):
+        path = find_data() / f"{name}.csv"
+        assert _find_workspace(path, None) == name.removesuffix("_test")

@@ -19,6 +19,7 @@ import msc.cmaes
 import msc.dataset
 import msc.survey
 from msc.cli import main
+from msc.files import find_data
 from msc.journal import Journal
 from msc.tables import COLUMNS, load_dataset, save_table
 
@@ -190,6 +191,83 @@ def test_what_was_found_survives_a_full_disk(short, monkeypatch, capsys):
     assert files() == [".free.csv.partial"]
     monkeypatch.setattr(msc.dataset, "search_policy", None)
     assert main([*SEARCH, "--out", "free.csv"]) == 0
+
+
+BROKEN = [b"{", b"[]", b'{"resources": [{}]}', b"{}", b"\xff"]
+
+
+@pytest.mark.parametrize("content", BROKEN)
+def test_a_broken_data_package_is_named_before_the_search(content, monkeypatch, capsys):
+    monkeypatch.setattr(msc.dataset, "search_policy", None)
+    Path("new").mkdir()
+    Path("new/datapackage.json").write_bytes(content)
+    assert main([*SEARCH, "--out", "new/free.csv"]) == 2
+    err = capsys.readouterr().err
+    assert err.startswith("msc: error: new/datapackage.json: wanted a data package, ")
+    assert err.count("\n") == 1
+    assert files() == ["new/datapackage.json"]
+    assert Path("new/datapackage.json").read_bytes() == content
+
+
+def test_two_searches_at_once_to_one_file_end_as_one(short, here):
+    arguments = ["search", "--tasks", "4", "--jobs", "1", "--out"]
+    assert main([*arguments, "whole/free.csv"]) == 0
+    Path("waiting.py").write_text(WAITING.replace("time.sleep(300)", "time.sleep(1)"))
+    both = [run_program(WAIT, *arguments, "half/free.csv") for _ in range(2)]
+    said = [process.communicate(timeout=120)[1] for process in both]
+    assert sorted(process.returncode for process in both) == [0, 2]
+    (refused,) = [err for err in said if "error" in err]
+    assert "msc: error: half/.free.csv.partial is in use by another search" in refused
+    for name in ("free.csv", "datapackage.json"):
+        assert Path("half", name).read_bytes() == Path("whole", name).read_bytes()
+
+
+# A worker killed, as by the system
+
+
+def killed(*_, **__):
+    """Stand in for work of a worker: it is killed over it."""
+    os.kill(os.getpid(), signal.SIGKILL)
+
+
+KILLED = "msc: error: a worker was killed, as the system does when memory runs out; "
+ANEW, ON = "the same command begins anew\n", "the same command goes on from here\n"
+
+
+def test_a_search_whose_worker_is_killed_goes_on_to_the_same_bytes(short, here):
+    arguments = ["search", "--tasks", "4", "--out"]
+    assert main([*arguments, "whole/free.csv", "--jobs", "1"]) == 0
+    death = "time.sleep(1); import os; os.kill(os.getpid(), 9)"
+    Path("waiting.py").write_text(WAITING.replace("time.sleep(300)", death))
+    process = run_program(WAIT, *arguments, "half/free.csv", "--jobs", "2")
+    out, err = process.communicate(timeout=120)
+    assert (process.returncode, out) == (2, "")
+    assert err.endswith("\n" + KILLED + ON)
+    assert "Traceback" not in err
+    assert files("half") == ["half/.free.csv.partial"]
+    assert Path("half/.free.csv.partial").read_bytes().count(b"\n") == 3
+
+    assert main([*arguments, "half/free.csv", "--jobs", "1"]) == 0
+    for name in ("free.csv", "datapackage.json"):
+        assert Path("half", name).read_bytes() == Path("whole", name).read_bytes()
+
+
+@pytest.mark.parametrize(
+    ("work", "command"),
+    [
+        ("msc.study._try", ["evaluate", "--out-dir", "new"]),
+        ("msc.audit.search_policy", ["audit", str(find_data() / "free_test.csv")]),
+        ("msc.survey._walk", ["survey", "cut", "--out", "new/cut.json"]),
+        ("msc.survey._look_at", ["survey", "layout", "--out", "new/layout.json"]),
+    ],
+)
+def test_a_command_whose_worker_is_killed_says_so(work, command, monkeypatch, capfd):
+    monkeypatch.setattr(work, killed)
+    assert main([*command, "--jobs", "2"]) == 2
+    out, err = capfd.readouterr()
+    assert err.splitlines(keepends=True)[-1] == KILLED + ANEW
+    assert "Traceback" not in err
+    assert (out, files()) == ("", [])
 
 
 # msc render

@@ -152,11 +152,34 @@ def test_a_worker_with_several_threads_finds_the_same(whole, here):
         n_workers=1,
         threads_per_worker=4,
         processes=False,
-        dashboard_address=None,
+        dashboard_address="127.0.0.1:0",
         local_directory=here / "local",
     ) as threads:
         address = threads.scheduler_address
         assert main([*SEARCH, "--dask", address, "--out", "new/table.csv"]) == 0
+    assert contents(here / "new") == whole
+
+
+def test_a_scheduler_that_is_gone_is_told_of(whole, here, monkeypatch, capfd):
+    distributed = pytest.importorskip("distributed")
+    options = {"dashboard_address": "127.0.0.1:0", "local_directory": here / "local"}
+    with distributed.LocalCluster(
+        n_workers=1, threads_per_worker=1, processes=False, protocol="tcp", **options
+    ) as cluster:
+        address, append = cluster.scheduler_address, Journal.append
+
+        def append_and_close(*entry):
+            append(*entry)
+            cluster.close()
+
+        with monkeypatch.context() as patch:
+            patch.setattr(Journal, "append", append_and_close)
+            assert main([*SEARCH, "--dask", address, "--out", "new/table.csv"]) == 2
+    assert capfd.readouterr().err.endswith(
+        f"msc: error: dask: the connection to the scheduler {address} was lost; the "
+        "same command goes on from here\n"
+    )
+    assert main([*SEARCH, "--out", "new/table.csv"]) == 0
     assert contents(here / "new") == whole
 
 

@@ -132,6 +132,51 @@ def test_what_follows_a_torn_line_is_dropped_with_it(path):
     assert path.read_bytes() == b"".join(lines[:2])
 
 
+def entries(lines):
+    """Make lines that are JSON, and none of this journal's, out of one that is."""
+    entry = json.loads(lines[1])
+    start, *others = entry["result"]["starts"]
+    changed = [
+        {"k": 7},
+        {"k": "1"},
+        {"k": [1]},
+        {"phase": "level 9"},
+        {"phase": None},
+        {"result": None},
+        {"result": {}},
+        {"result": {**entry["result"], "cost": 0.0}},
+        {"result": {**entry["result"], "policy": "none"}},
+        {"result": {**entry["result"], "more": 1}},
+        {"result": {**entry["result"], "starts": [{**start, "joined": 5}, *others]}},
+        {"digest": 64 * "0"},
+        {"digest": None},
+    ]
+    yield from [5, -0.5, [], [1, 2], None, True, "text", {}, {"phase": "level 0"}]
+    yield from [entry | change for change in changed]
+    for key in entry:
+        yield {name: value for name, value in entry.items() if name != key}
+
+
+def test_a_line_that_is_json_and_no_entry_is_dropped_as_a_torn_one(path):
+    write(path, 3)
+    lines = path.read_bytes().splitlines(keepends=True)
+    made_up = [json.dumps(entry).encode() for entry in entries(lines)]
+    made_up += [b"", lines[0].strip(), lines[1].strip()[:-1] + b" }", b"[" * 100_000]
+    for line in made_up:
+        path.write_bytes(b"".join([*lines[:2], line, b"\n", lines[3]]))
+        assert list(read(path)) == [("level 0", 0)], line[:200]
+        assert path.read_bytes() == b"".join(lines[:2])
+
+
+def test_a_line_of_another_plan_is_dropped(path):
+    write(path, 2, replace(plan, seed=1))
+    other = path.read_bytes().splitlines(keepends=True)
+    write(path, 2)
+    lines = path.read_bytes().splitlines(keepends=True)
+    path.write_bytes(b"".join([*lines[:2], other[2]]))
+    assert list(read(path)) == [("level 0", 0)]
+
+
 @pytest.mark.parametrize("end", [0, 20, -1])
 def test_a_torn_first_line_is_begun_anew(end, path):
     write(path, 0)

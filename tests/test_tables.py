@@ -1,6 +1,9 @@
 import hashlib
 import json
+import os
 import shutil
+import threading
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pandas as pd
@@ -198,7 +201,91 @@ def test_an_empty_table_is_named(path, content):
         load_dataset(path)
 
 
+# A broken data package
+
+BROKEN = [
+    b"",
+    b"{",
+    b"[]",
+    b"5",
+    b"null",
+    b"{}",
+    b'{"resources": null}',
+    b'{"resources": {}}',
+    b'{"resources": [5]}',
+    b'{"resources": [{}]}',
+    b'{"resources": [{"path": 5}]}',
+    b'{"resources": [], "name": "\xe4"}',
+    b'{"resources": [], "name": "\\ud800"}',
+    b"\xef\xbb\xbf{}",
+    b"[" * 100_000,
+]
+
+
+@pytest.mark.parametrize("content", BROKEN)
+def test_a_broken_package_is_named_and_left(content, path):
+    before = path.read_bytes()
+    file = path.with_name("datapackage.json")
+    file.write_bytes(content)
+    for use in (
+        lambda: load_dataset(path),
+        lambda: save(made_up(), path, command="", seed=0),
+    ):
+        with pytest.raises(ValueError, match=r"^/.*/datapackage\.json: wanted a data "):
+            use()
+    assert (file.read_bytes(), path.read_bytes()) == (content, before)
+
+
+def test_a_package_that_is_a_folder_is_named(path):
+    path.with_name("datapackage.json").unlink()
+    path.with_name("datapackage.json").mkdir()
+    with pytest.raises(
+        ValueError, match=r"/datapackage\.json: cannot be read: Is a dir"
+    ):
+        load_dataset(path)
+
+
+@pytest.mark.parametrize("key", ["hash", "command"])
+def test_a_package_that_lacks_a_key_is_no_package_of_the_table(key, path):
+    described = package(path)
+    described["resources"][0]["hash"] = "none"
+    del described["resources"][0][key]
+    path.with_name("datapackage.json").write_text(json.dumps(described))
+    with pytest.raises(ValueError, match=r"free\.csv: checksum .* differs"):
+        load_dataset(path)
+
+
 # Whole or not at all
+
+
+def test_tables_saved_at_once_are_all_described(tmp_path):
+    paths = [tmp_path / f"{number}.csv" for number in range(8)]
+    together = threading.Barrier(len(paths))
+
+    def save_together(path):
+        together.wait()
+        save(made_up(), path, command="", seed=0)
+
+    with ThreadPoolExecutor(len(paths)) as pool:
+        list(pool.map(save_together, paths))
+    described = package(paths[0])["resources"]
+    assert [one["path"] for one in described] == [path.name for path in paths]
+
+
+def test_a_table_and_its_description_are_written_both_or_neither(path, monkeypatch):
+    before = {one.name: one.read_bytes() for one in path.parent.iterdir()}
+    really, calls = os.fsync, []
+
+    def fail_at_last(handle):
+        calls.append(handle)
+        if len(calls) == 2:
+            raise OSError(28, "No space left on device")
+        really(handle)
+
+    monkeypatch.setattr(msc.files.os, "fsync", fail_at_last)
+    with pytest.raises(OSError, match=r"No space left on device: '/.*package"):
+        save(made_up(3), path, command="", seed=0)
+    assert {one.name: one.read_bytes() for one in path.parent.iterdir()} == before
 
 
 def test_a_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
