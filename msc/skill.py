@@ -25,8 +25,15 @@ from sklearn.utils._param_validation import HasMethods, StrOptions
 from sklearn.utils.validation import check_is_fitted
 
 from msc.gaussian import gaussian_classifier, gaussian_process, warn_of_scale
-from msc.smce import SMCE, _seed
-from msc.validation import check_magnitude, validate_pairs, validate_points
+from msc.smce import SMCE
+from msc.validation import (
+    RANDOM_STATE,
+    RandomState,
+    check_magnitude,
+    seed_of,
+    validate_pairs,
+    validate_points,
+)
 
 __all__ = ["ParameterizedSkill"]
 
@@ -49,7 +56,7 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
         standardised tasks, "gp" a Gaussian process classifier.
     regressor : regressor or None, default=None
         Cloned for every chart and policy dimension; None is `gaussian_process()`.
-    random_state : int, RandomState instance or None, default=None
+    random_state : int, RandomState instance, Generator or None, default=None
         Given to every part whose own `random_state` is None. None draws fresh
         entropy; NumPy's global generator is left alone.
 
@@ -101,7 +108,7 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
         "charts": [StrOptions({"smce"}), HasMethods(["fit_predict"]), None],
         "gate": [StrOptions({"nearest", "svm", "gp"}), HasMethods(["fit", "predict"])],
         "regressor": [HasMethods(["fit", "predict"]), None],
-        "random_state": ["random_state"],
+        "random_state": RANDOM_STATE,
     }
 
     def __init__(
@@ -110,7 +117,7 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
         *,
         gate: Any = "nearest",
         regressor: Any = None,
-        random_state: int | np.random.RandomState | None = None,
+        random_state: RandomState = None,
     ) -> None:
         self.charts = charts
         self.gate = gate
@@ -146,7 +153,7 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
             warn_of_scale(X)
         self._is_single_output = y.ndim == 1
         policies = y.reshape(len(X), -1)
-        seed = _seed(self.random_state)
+        seed = seed_of(self.random_state)
         self.clusterer_, labels = None, np.zeros(len(X), dtype=np.intp)
         if self.charts is not None:
             clusterer = SMCE() if isinstance(self.charts, str) else self.charts

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
-from typing import Any
+from numbers import Integral
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import issparse
+from sklearn.utils import check_random_state
 from sklearn.utils.validation import assert_all_finite, validate_data
 
 Array = NDArray[np.float64]
+RandomState: TypeAlias = int | np.random.RandomState | np.random.Generator | None
+
+RANDOM_STATE = ["random_state", np.random.Generator]
+"""What scikit-learn is to accept as a `random_state`: a Generator besides its own."""
 
 MAGNITUDES = (1e-100, 1e100)
 """Of values whose sums of squares are sure to be neither infinite nor lost."""
@@ -148,6 +154,34 @@ def check_magnitude(argument: str, values: Array) -> None:
             f"{argument} must have its largest magnitude from {lowest:g} to "
             f"{highest:g}, or squares leave the floats: rescale it. Got {largest:g}."
         )
+
+
+def seed_of(random_state: RandomState) -> int:
+    """Turn any random_state into an int without touching NumPy's global state.
+
+    Parameters
+    ----------
+    random_state : int, RandomState instance, Generator or None
+        An int is the seed itself; a generator is asked for the next one; None draws
+        fresh entropy.
+
+    Returns
+    -------
+    int
+        A seed, >= 0.
+
+    Examples
+    --------
+    >>> seed_of(7)
+    7
+    >>> seed_of(np.random.default_rng(0)) == seed_of(np.random.default_rng(0))
+    True
+    """
+    if isinstance(random_state, Integral):
+        return int(random_state)
+    if random_state is None or isinstance(random_state, np.random.Generator):
+        return int(np.random.default_rng(random_state).integers(2**31 - 1))
+    return int(check_random_state(random_state).randint(2**31 - 1))
 
 
 def _named(argument: str, error: ValueError | OverflowError) -> ValueError:

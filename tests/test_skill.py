@@ -395,12 +395,22 @@ def test_a_regressor_without_standard_deviation_says_so():
 def test_randomness_is_local_and_repeatable():
     before = pickle.dumps(np.random.get_state())  # noqa: NPY002
     for charts in ("smce", KMeans(3), SMCE(3)):
-        for seed in (None, np.random.RandomState(1)):
+        for seed in (None, np.random.RandomState(1), np.random.default_rng(1)):
             regressor = RandomForestRegressor(2)
             ParameterizedSkill(
                 charts, gate="svm", regressor=regressor, random_state=seed
             ).fit(tasks, policies)
     assert pickle.dumps(np.random.get_state()) == before  # noqa: NPY002
+
+
+def test_a_generator_is_asked_for_the_next_seed_as_a_random_state_is():
+    for kind in (np.random.default_rng, np.random.RandomState):
+        skill = fast(KMeans(3)).set_params(random_state=kind(1))
+        seeds = [skill.fit(tasks, policies).clusterer_.random_state for _ in range(2)]
+        again = clone(skill).set_params(random_state=kind(1)).fit(tasks, policies)
+        assert seeds[0] == again.clusterer_.random_state != seeds[1]
+    with pytest.raises(ValueError, match=r"'random_state' parameter.*Generator.*'1'"):
+        fast().set_params(random_state="1").fit(tasks, policies)
 
 
 def test_a_seed_of_ones_own_is_kept():
