@@ -16,6 +16,7 @@ from msc.cmaes import Start
 from msc.search import SearchResult
 
 _CODE = (
+    "arrays",
     "geometry",
     "workspace",
     "dmp",

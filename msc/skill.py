@@ -24,7 +24,12 @@ from sklearn.svm import SVC
 from sklearn.utils._param_validation import HasMethods, StrOptions
 from sklearn.utils.validation import check_is_fitted
 
-from msc.gaussian import gaussian_classifier, gaussian_process, warn_of_scale
+from msc.gaussian import (
+    gaussian_classifier,
+    gaussian_process,
+    is_tuned,
+    warn_of_scale,
+)
 from msc.smce import SMCE
 from msc.validation import (
     RANDOM_STATE,
@@ -149,7 +154,7 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
         self._validate_params()
         X, y = validate_pairs(self, X, y)
         check_magnitude("y", y)
-        if self.regressor is None:
+        if is_tuned(self.regressor):
             warn_of_scale(X)
         self._is_single_output = y.ndim == 1
         policies = y.reshape(len(X), -1)

@@ -12,6 +12,7 @@ PACKAGE = Path(__file__).parents[1] / "msc"
 ROW = [
     "parallel",
     "files",
+    "arrays",
     "sampling",
     "geometry",
     "workspace",
