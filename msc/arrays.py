@@ -11,7 +11,7 @@ LARGEST = 1e9
 """Of weights, degrees and metres: beyond it a float no longer tells a micrometre."""
 
 
-_REAL = (int, float, np.integer, np.floating)
+REAL: Any = (int, float, np.integer, np.floating)
 
 
 def check_real(argument: str, values: Any) -> None:
@@ -82,7 +82,9 @@ def to_floats(argument: str, values: Any) -> NDArray[np.float64]:
     try:
         with np.errstate(over="ignore"):  # of longer floats: infinity, as a float says
             return np.asarray(values, dtype=np.float64)
-    except (TypeError, ValueError, OverflowError) as error:
+    except OverflowError as error:
+        raise ValueError(f"{argument} must hold floats: {error}") from None
+    except (TypeError, ValueError) as error:
         raise ValueError(f"{argument} must hold numbers: {error}") from None
 
 
@@ -96,7 +98,7 @@ def check_number(argument: str, value: Any, lowest: float, highest: float) -> No
     value : object
         What was given.
     lowest, highest : float
-        Its bounds, which are positive and belong to what is allowed.
+        Its bounds, which belong to what is allowed.
 
     Raises
     ------
@@ -110,8 +112,8 @@ def check_number(argument: str, value: Any, lowest: float, highest: float) -> No
     ...
     ValueError: spring=-1.0; wanted a positive number from 0.01 to 10000
     """
-    if not (isinstance(value, _REAL) and lowest <= value <= highest):
+    if not (isinstance(value, REAL) and lowest <= value <= highest):
+        sign = "positive" if lowest > 0 else "finite" if highest < np.inf else "real"
         raise ValueError(
-            f"{argument}={value}; wanted a positive number from {lowest:g} "
-            f"to {highest:g}"
+            f"{argument}={value}; wanted a {sign} number from {lowest:g} to {highest:g}"
         )

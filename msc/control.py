@@ -24,10 +24,10 @@ class Controller:
     Parameters
     ----------
     bandwidth : float, default=15.0
-        Decay of errors (1/s), from 0.1 to 1000.
+        Decay of errors (1/s), from 0 to 1000.
     windup : float, default=0.005
         Bound of the integrated error (rad s), so that an arm that an obstacle holds up
-        does not push ever harder; positive, or infinite.
+        does not push ever harder; 0 or more, also infinite.
     torque_limit : tuple of float
         Largest torques (N m) of the three joints; positive, or infinite.
 
@@ -43,8 +43,8 @@ class Controller:
 
     def __post_init__(self) -> None:
         """Refuse gains and limits that are none."""
-        check_number("bandwidth", self.bandwidth, 0.1, 1000.0)
-        check_number("windup", self.windup, 1e-9, np.inf)
+        check_number("bandwidth", self.bandwidth, 0.0, 1000.0)
+        check_number("windup", self.windup, 0.0, np.inf)
         limits = to_floats("torque_limit", self.torque_limit)
         if limits.shape != (3,) or not (limits > 0).all():
             raise ValueError(

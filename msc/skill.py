@@ -24,6 +24,7 @@ from sklearn.svm import SVC
 from sklearn.utils._param_validation import HasMethods, StrOptions
 from sklearn.utils.validation import check_is_fitted
 
+from msc.arrays import REAL, check_real
 from msc.gaussian import (
     gaussian_classifier,
     gaussian_process,
@@ -129,6 +130,37 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
         self.regressor = regressor
         self.random_state = random_state
 
+    def set_params(self, **params: Any) -> Self:
+        """Set parameters of the skill, or of its parts.
+
+        Parameters
+        ----------
+        **params : dict
+            By the names of `get_params`; ``charts__n_clusters`` if `charts` is
+            ``SMCE()``.
+
+        Returns
+        -------
+        ParameterizedSkill
+            The skill itself.
+
+        Raises
+        ------
+        ValueError
+            If a parameter is unknown, or belongs to a part that is not an estimator yet
+            but a string or None.
+        """
+        for name in params:
+            part, is_nested, _ = name.partition("__")
+            given = params.get(part, getattr(self, part, self))
+            if is_nested and part in _INSTEAD and isinstance(given, str | None):
+                raise ValueError(
+                    f"{name} cannot be set while {part}={given!r}: pass "
+                    f"{part}={_INSTEAD[part]}, whose parameters have names."
+                )
+        super().set_params(**params)
+        return self
+
     def fit(self, X: Any, y: Any) -> Self:
         """Find the charts of the policies; fit the gate and every chart's regressions.
 
@@ -148,8 +180,9 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
         Raises
         ------
         ValueError
-            If a parameter is unknown, there are fewer tasks than charts, or `y` is not
-            finite, too large or too small.
+            If a parameter is unknown, there are fewer tasks than charts, `y` is not
+            finite, too large or too small, or the clusterer does not return a label for
+            each policy.
         """
         self._validate_params()
         X, y = validate_pairs(self, X, y)
@@ -163,7 +196,7 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
         if self.charts is not None:
             clusterer = SMCE() if isinstance(self.charts, str) else self.charts
             self.clusterer_ = _seeded_clone(clusterer, seed)
-            labels = self.clusterer_.fit_predict(policies)
+            labels = _check_labels(self.clusterer_, policies)
         names, self.charts_ = np.unique(labels, return_inverse=True)
         self.n_charts_ = len(names)
         gate = _GATES[self.gate]() if isinstance(self.gate, str) else self.gate
@@ -258,6 +291,7 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
         return np.asarray(self.gate_.predict(X), dtype=np.intp)
 
     def _check(self, chart: ArrayLike, n_tasks: int) -> Charts:
+        check_real("chart", chart)
         charts = np.asarray(chart)
         if charts.shape != (n_tasks,):
             raise ValueError(
@@ -271,6 +305,27 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
                 f"Got {unknown.tolist()}."
             )
         return charts.astype(np.intp)
+
+
+def _check_labels(clusterer: Any, policies: Array) -> NDArray[Any]:
+    """Ask a clusterer for charts; refuse what is no label for each policy."""
+    labels: Any = np.asarray(clusterer.fit_predict(policies), dtype=object)
+    problem = ""
+    if labels.shape != (len(policies),):
+        problem = f"labels of shape {labels.shape}"
+    elif not all(isinstance(one, str) for one in labels):
+        bad = [
+            x
+            for x in labels
+            if not (isinstance(x, (*REAL, np.bool_)) and np.isfinite(x))
+        ]
+        problem = f"the label {bad[0]!r}" if bad else ""
+    if problem:
+        raise ValueError(
+            f"charts={clusterer!r} returned {problem}; wanted one for each of the "
+            f"{len(policies)} policies: a number, or all strings."
+        )
+    return np.array(labels.tolist())
 
 
 def _returns_std(regressor: Any) -> bool:
@@ -290,6 +345,11 @@ def _seeded_clone(estimator: Any, seed: int) -> Any:
     return copy.set_params(**unset)
 
 
+_INSTEAD = {
+    "charts": "SMCE()",
+    "gate": "SVC(), or another classifier",
+    "regressor": "gaussian_process()",
+}
 _GATES: dict[str, Callable[[], Any]] = {
     "nearest": lambda: KNeighborsClassifier(n_neighbors=1),
     # Chart labels carry no noise, hence little slack: even small charts are learned.

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import issparse
 from sklearn.utils import check_random_state
-from sklearn.utils.validation import assert_all_finite, validate_data
+from sklearn.utils.validation import validate_data
 
 from msc.arrays import check_real, to_floats
 
@@ -23,7 +23,7 @@ MAGNITUDES = (1e-100, 1e100)
 """Of values whose sums of squares are sure to be neither infinite nor lost."""
 
 
-_NO_NUMBERS = ("could not convert", "float() argument", "setting an array element")
+_NO_NUMBERS = ("could not convert", "float() argument", "setting an array", "The DType")
 
 
 def validate_points(estimator: Any, X: Any, **options: Any) -> Array:
@@ -52,9 +52,11 @@ def validate_points(estimator: Any, X: Any, **options: Any) -> Array:
     """
     check_real("X", X)
     try:
-        return np.asarray(validate_data(estimator, X, dtype=np.float64, **options))
+        with np.errstate(over="ignore"):  # of longer floats: told as infinity
+            points = validate_data(estimator, X, dtype=np.float64, **options)
     except (TypeError, ValueError, OverflowError) as error:
         raise _named("X", error) from None
+    return np.asarray(points)
 
 
 def validate_pairs(estimator: Any, X: Any, y: Any) -> tuple[Array, Array]:
@@ -81,26 +83,26 @@ def validate_pairs(estimator: Any, X: Any, y: Any) -> tuple[Array, Array]:
     ValueError
         If they are not finite real numbers, of other shapes, or of different lengths.
     TypeError
-        If they are a sparse matrix, or objects other than numbers.
+        If they are sparse matrices, or tasks objects other than numbers.
     """
     if issparse(y):
         raise TypeError(
             "Sparse data was passed for y, but dense data is required. "
             "Use '.toarray()' to convert to a dense numpy array."
         )
+    if y is not None:
+        y = to_floats("y", y)
+        if y.ndim == 0:
+            raise ValueError(f"y must hold one policy a task. Got {y.item()}.")
     check_real("X", X)
-    check_real("y", y)
     try:
-        X, y = validate_data(
-            estimator, X, y, dtype=np.float64, multi_output=True, y_numeric=True
-        )
         with np.errstate(over="ignore"):
-            policies = np.asarray(y, dtype=np.float64)
+            X, y = validate_data(
+                estimator, X, y, dtype=np.float64, multi_output=True, y_numeric=True
+            )
     except (TypeError, ValueError, OverflowError) as error:
-        validate_points(estimator, X)
-        raise _named("y", error) from None
-    assert_all_finite(policies, input_name="y")
-    return X, policies
+        raise _named("X", error) from None
+    return X, y
 
 
 def validate_cost(cost: Any, n_tasks: int) -> Array:
