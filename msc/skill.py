@@ -8,6 +8,7 @@ classifier, the *gate*, tells which chart a new task belongs to.
 from __future__ import annotations
 
 import inspect
+import math
 from collections.abc import Callable
 from typing import Any, ClassVar, Self
 
@@ -31,6 +32,7 @@ from msc.gaussian import (
     is_tuned,
     warn_of_scale,
 )
+from msc.parallel import tell
 from msc.smce import SMCE
 from msc.validation import (
     RANDOM_STATE,
@@ -65,6 +67,9 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
     random_state : int, RandomState instance, Generator or None, default=None
         Given to every part whose own `random_state` is None. None draws fresh
         entropy; NumPy's global generator is left alone.
+    verbose : bool or None, default=None
+        Whether a fit of more than about two seconds shows a progress bar on standard
+        error: None where that is a terminal, True in a notebook too.
 
     Attributes
     ----------
@@ -115,6 +120,7 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
         "gate": [StrOptions({"nearest", "svm", "gp"}), HasMethods(["fit", "predict"])],
         "regressor": [HasMethods(["fit", "predict"]), None],
         "random_state": RANDOM_STATE,
+        "verbose": ["boolean", None],
     }
 
     def __init__(
@@ -124,11 +130,13 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
         gate: Any = "nearest",
         regressor: Any = None,
         random_state: RandomState = None,
+        verbose: bool | None = None,
     ) -> None:
         self.charts = charts
         self.gate = gate
         self.regressor = regressor
         self.random_state = random_state
+        self.verbose = verbose
 
     def set_params(self, **params: Any) -> Self:
         """Set parameters of the skill, or of its parts.
@@ -203,12 +211,18 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
         gate = gate if self.n_charts_ > 1 else DummyClassifier()
         self.gate_ = _seeded_clone(gate, seed).fit(X, self.charts_)
         spreads = policies.std(axis=0)
+        charts = [self.charts_ == c for c in range(self.n_charts_)]
+        fits = (
+            self._regressor(in_chart.sum(), spread, seed).fit(X[in_chart], values)
+            for in_chart in charts
+            for values, spread in zip(policies[in_chart].T, spreads, strict=True)
+        )
+        n_params, n_fits = len(spreads), len(charts) * len(spreads)
+        largest = max(in_chart.sum() for in_chart in charts)
+        what = {"total": n_fits, "n_tasks": largest, "verbose": self.verbose}
+        fitted = list(tell(fits, "regressions", **what))
         self.regressors_ = [
-            [
-                self._regressor(in_chart.sum(), spread, seed).fit(X[in_chart], values)
-                for values, spread in zip(policies[in_chart].T, spreads, strict=True)
-            ]
-            for in_chart in (self.charts_ == c for c in range(self.n_charts_))
+            fitted[first : first + n_params] for first in range(0, n_fits, n_params)
         ]
         return self
 
@@ -314,11 +328,7 @@ def _check_labels(clusterer: Any, policies: Array) -> NDArray[Any]:
     if labels.shape != (len(policies),):
         problem = f"labels of shape {labels.shape}"
     elif not all(isinstance(one, str) for one in labels):
-        bad = [
-            x
-            for x in labels
-            if not (isinstance(x, (*REAL, np.bool_)) and np.isfinite(x))
-        ]
+        bad = [one for one in labels if not _is_number(one)]
         problem = f"the label {bad[0]!r}" if bad else ""
     if problem:
         raise ValueError(
@@ -326,6 +336,10 @@ def _check_labels(clusterer: Any, policies: Array) -> NDArray[Any]:
             f"{len(policies)} policies: a number, or all strings."
         )
     return np.array(labels.tolist())
+
+
+def _is_number(label: Any) -> bool:
+    return isinstance(label, _LABELS) and math.isfinite(label)
 
 
 def _returns_std(regressor: Any) -> bool:
@@ -345,6 +359,7 @@ def _seeded_clone(estimator: Any, seed: int) -> Any:
     return copy.set_params(**unset)
 
 
+_LABELS: Any = (*REAL, np.bool_)
 _INSTEAD = {
     "charts": "SMCE()",
     "gate": "SVC(), or another classifier",
