@@ -1,7 +1,6 @@
-import itertools
 import warnings
 from pathlib import Path
-from time import perf_counter
+from time import process_time
 
 import numpy as np
 import pytest
@@ -184,7 +183,7 @@ def test_constants_without_a_movement_are_refused():
 # Bounds
 
 
-CORNERS = list(itertools.product(*msc.dmp._BOUNDS.values(), msc.dmp._N_BASIS))
+SLOWEST = (1e4, 0.01, 100.0, 100.0, 100)  # of all corners
 
 
 def draw(seed):
@@ -194,9 +193,9 @@ def draw(seed):
     return *(float(value) for value in drawn), int(rng.integers(2, 101))
 
 
-@pytest.mark.parametrize("constants", [CORNERS[0], CORNERS[-2], *map(draw, range(4))])
+@pytest.mark.parametrize("constants", [SLOWEST, *map(draw, range(4))])
 def test_constants_within_their_bounds_make_a_movement_within_seconds(constants):
-    dmp, begun = DMP(*constants), perf_counter()
+    dmp, begun = DMP(*constants), process_time()
     last = np.linspace(0, 20 * dmp.time_scale, 5)
     try:
         found = dmp.path(np.ones(dmp.n_params), START, GOAL, last)
@@ -206,7 +205,7 @@ def test_constants_within_their_bounds_make_a_movement_within_seconds(constants)
         assert dmp.alpha < dmp.n_basis  # a phase far from all of many narrow functions
         found = np.zeros(1)
     assert np.isfinite(found).all()
-    assert perf_counter() - begun < 30  # 4 on a free core
+    assert process_time() - begun < 15
 
 
 @pytest.mark.parametrize(
