@@ -230,7 +230,7 @@ def _stage(
     config.setdefault("parse", {})["myst_substitutions"] = substitutions(root)
     scripts = config["sphinx"]["config"].setdefault("html_js_files", [])
     scripts.append([SECONDS, {"defer": "defer"}])
-    (book / "_config.yml").write_text(yaml.safe_dump(config))
+    (book / "_config.yml").write_text(yaml.safe_dump(config), "utf-8")
     shutil.copy(root / "_toc.yml", book)
     write_claims(root, book, {page.stem for page in pages(root)})
     write_opening([chapter.notebook for chapter in chapters], book)

@@ -197,7 +197,8 @@ def _execute(
         watched = (root.resolve(), script.parents[1])
         launch = [sys.executable, *map(str, (script, log, *watched))]
         launch += ["-f", "{connection_file}"]
-        spec.write_text(json.dumps({"argv": launch, "display_name": "Python 3"}))
+        kernel_spec = {"argv": launch, "display_name": "Python 3"}
+        spec.write_text(json.dumps(kernel_spec), "utf-8")
         arguments: list[str | Path] = [path.resolve(), output, "--kernel", "python3"]
         arguments += ["--cwd", root.resolve(), "--parameters_yaml"]
         arguments += [json.dumps(dict(parameters)), "--no-progress-bar"]

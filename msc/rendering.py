@@ -69,7 +69,7 @@ def render(stage: Path) -> Path:
     work = stage / _WORK
     html, conditions = work / "html", work / _CONDITIONS
     now = _conditions(stage / "book")
-    if conditions.exists() and conditions.read_text() == now:
+    if conditions.exists() and conditions.read_text("utf-8") == now:
         shutil.rmtree(html, ignore_errors=True)
     else:
         shutil.rmtree(work, ignore_errors=True)
@@ -81,7 +81,7 @@ def render(stage: Path) -> Path:
         said = re.sub(r"\x1b\[[0-9;]*m", "", result.stderr or result.stdout)
         said = said.replace(f"{stage}{os.sep}", "")
         raise BookError(f"the book did not render:\n{said.strip()}")
-    conditions.write_text(now)
+    conditions.write_text(now, "utf-8")
     return html
 
 

@@ -7,6 +7,8 @@ from math import comb
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from msc.arrays import to_floats
+
 DESIGNS = ("even", "uniform", "nonuniform")
 
 Indices = NDArray[np.intp]
@@ -142,7 +144,7 @@ def take_evenly(tasks: ArrayLike, n_samples: int) -> Indices:
 
 def _check_angles(tasks: ArrayLike) -> NDArray[np.float64]:
     """Return the tasks in a row, if they are angles in [0, 2π)."""
-    angles = np.asarray(tasks, dtype=float)
+    angles = to_floats("tasks", tasks)
     if angles.shape not in ((angles.size,), (angles.size, 1)):
         raise ValueError(f"tasks of shape {angles.shape}; wanted one angle a task")
     angles = angles.reshape(-1)

@@ -19,6 +19,7 @@ import msc.cmaes
 import msc.dataset
 import msc.survey
 from msc.cli import main
+from msc.cli_options import check_output
 from msc.files import find_data
 from msc.journal import Journal
 from msc.tables import COLUMNS, load_dataset, save_table
@@ -331,6 +332,7 @@ def test_a_survey_writes_what_it_measured(constant, function, monkeypatch, capsy
         ("search --out file/deeper/free.csv", "out=file/deeper/free.csv"),
         ("search --out folder.csv", "out=folder.csv"),
         ("search --out free.txt", "out=free.txt"),
+        ("search --tasks 1 --out FREE.CSV", "tasks=1"),
         ("survey cut --out file/cut.json", "out=file/cut.json"),
         ("survey layout --out cut.txt", "out=cut.txt"),
         ("survey cut --jobs 0 --out cut.json", "jobs=0"),
@@ -339,6 +341,8 @@ def test_a_survey_writes_what_it_measured(constant, function, monkeypatch, capsy
         ("render --task nan --out a.gif --policy 0 0 0 0 0 0", "task_deg=nan"),
         ("render --task 0 --out a.gif --policy 0 0", "policy has shape ("),
         ("render --task 0 --out a.gif --policy 0 0 0 0 0 nan", "policy has NaN"),
+        ("render --task 0 --out a.gif --policy 0 0 0 0 0 1e308", "policy has a weight"),
+        ("render --task 1e300 --out A.GIF --policy 0 0 0 0 0 0", "task_deg has an ang"),
         ("render --task 0 --out file/a.gif --policy 0 0 0 0 0 0", "out=file/a.gif"),
         ("render --task 0 --out a.gif --workspace free2", "workspace='free2'"),
         ("book --profile quik", "profile"),
@@ -400,3 +404,11 @@ def test_the_module_runs_as_a_program():
     )
     assert (run.returncode, run.stdout) == (2, "")
     assert run.stderr == "msc: error: tasks=1; wanted at least 2\n"
+
+
+@pytest.mark.parametrize("name", ["a.CSV", "a.Csv", "a.csv"])
+@pytest.mark.parametrize("suffix", [".csv", ".CSV"])
+def test_an_ending_may_be_in_capitals(tmp_path, name, suffix):
+    check_output(tmp_path / name, suffix)
+    with pytest.raises(ValueError, match=r"wanted a name ending in \.json"):
+        check_output(tmp_path / name, ".json")
