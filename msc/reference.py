@@ -110,11 +110,12 @@ def parameters_markdown(chapters: Sequence[Path]) -> str:
             others.append(link)
             continue
         rows = [
-            f"| `{name}` | `{default}` | {meaning or '–'} |"
-            for name, (default, meaning) in parameters.items()
+            f"| `{name}` | `{one.default}` | {one.meaning or '–'} | {one.wanted} |"
+            for name, one in parameters.items()
         ]
         head = f"## {link}\n\n`book/{path.name}`\n"
-        table = ["| parameter | default | meaning |", "|---|---|---|", *rows]
+        table = ["| parameter | default | meaning | values |", "|---|---|---|---|"]
+        table += rows
         sections.append("\n".join([head, *table]))
     if others:
         sections.append(f"Without parameters: {', '.join(others)}.")
