@@ -16,6 +16,21 @@ DECLARED = {
 }
 ANGLES = (0, 360, -5, 359.9, 360 - 1e-9, 725.5, -1e-20, 180, 300.0)
 
+ONCE_DIED = [  # the first three are quick
+    ("method_arm", {"weight": 3}),
+    ("method_charts", {"n_charts": None}),
+    ("method_skill", {"n_samples": 8, "n_charts": 8}),
+    ("method_arm", {"task_deg": 300.0}),
+    ("method_arm", {"strength": 1.0}),
+    ("method_charts", {"n_charts": 8}),
+    ("method_skill", {"n_charts": 1}),
+    ("method_search", {"task_deg": 359.9}),
+    ("method_search", {"task_deg": 0.0}),  # given as 360
+    ("method_search", {"task_deg": 355.0}),  # given as -5
+    # half-way between two tasks, where charts meet
+    ("method_skill", {"n_samples": 72, "n_charts": 6, "task_deg": 147.5}),
+]
+
 
 def draw_settings(n_settings, seed):
     """Draw legal settings, of each chapter in turn; half of all values are extreme."""

@@ -1,7 +1,9 @@
 """Parameters: what a chapter declares of them, what is refused, that the rest runs."""
 
+import ast
 import io
 import json
+import os
 import re
 import time
 from pathlib import Path
@@ -12,8 +14,7 @@ import pytest
 import yaml
 from hypothesis import given
 from hypothesis import strategies as st
-from IPython.core.interactiveshell import InteractiveShell
-from settings import CHAPTERS, DECLARED, draw_settings
+from settings import CHAPTERS, DECLARED, ONCE_DIED, draw_settings
 
 from msc import book
 from msc.chapters import BookError, Chapter, run_chapters, run_tool
@@ -350,10 +351,10 @@ def test_the_illegal_is_refused_in_a_sentence_before_anything(
 ):
     out = Path("out.ipynb")
     out.write_text("mine")
-    start = time.perf_counter()
+    start = time.process_time()
     command = ["run", str(ROOT / path), "-p", *words, "--out", "out.ipynb"]
     assert main(command) == 2
-    assert time.perf_counter() - start < 1
+    assert time.process_time() - start < 1
     said = capfd.readouterr()
     assert said.err.startswith(f"msc: error: {message}")
     assert said.err.count("\n") == 1
@@ -396,9 +397,10 @@ def test_what_is_no_chapter_is_told_in_a_sentence(content, message, capfd):
 
 def test_a_refusal_takes_less_than_two_seconds_from_the_start(tmp_path):
     words = [ROOT / FIG8, "-p", "design", "gaussian", "--out", tmp_path / "out.ipynb"]
-    start = time.perf_counter()
+    before = os.times()
     refused = run_tool("msc.cli:main", ["run", *words])
-    assert time.perf_counter() - start < 2
+    after = os.times()  # of the processor, however busy the machine is
+    assert sum(after[2:4]) - sum(before[2:4]) < 2
     assert refused.stderr.startswith("msc: error: design='gaussian'; wanted ")
 
 
@@ -440,23 +442,35 @@ def test_a_book_is_not_built_on_claims_that_do_not_hold(chapter, tmp_path, monke
         book.build_book(root=tmp_path)
 
 
-HEAVY = {"fig4_free_execution", "fig7_obstacles_execution", "method_search"}
-SOME = [
-    (name, values)
-    for name, values in draw_settings(100, seed=14)
-    if name not in HEAVY and values.get("n_samples", values.get("n_tasks", 0)) < 25
-][:12]
+# Of the hundred (see tests/slow) a quick one of each chapter but two, which is a dozen.
+QUICK = {
+    name: values
+    for name, values in reversed(draw_settings(100, seed=14))
+    if name not in {"fig7_obstacles_execution", "method_search"}
+    and values.get("n_samples", values.get("n_tasks", 0)) < 25
+}
 
 
-@pytest.mark.parametrize(("name", "values"), SOME, ids=[name for name, _ in SOME])
+@pytest.mark.parametrize(("name", "values"), [*ONCE_DIED[:3], *QUICK.items()])
 def test_a_dozen_of_the_legal_settings_run(name, values, monkeypatch):
     monkeypatch.chdir(ROOT)
-    shell = InteractiveShell(history_length=0)
-    shell.history_manager.enabled = False
+    names = {"In": [""]}
     for cell in code_cells(read_notebook(CHAPTERS[name])):
-        done = shell.run_cell(source(cell), store_history=True)
-        done.raise_error()
-        if hasattr(done.result, "savefig"):
-            done.result.savefig(io.BytesIO())
+        shown = execute(source(cell), names)
         if "parameters" in tags(cell):
-            shell.push(values)
+            names |= values
+        if hasattr(shown, "savefig"):
+            shown.savefig(io.BytesIO())
+
+
+def execute(code, names):
+    """Execute a cell as IPython does; return its last expression's value."""
+    names["In"].append(code)
+    lines = ast.parse(code)
+    last = lines.body.pop() if isinstance(lines.body[-1], ast.Expr) else None
+    exec(compile(lines, "cell", "exec"), names)
+    return (
+        eval(compile(ast.Expression(last.value), "cell", "eval"), names)
+        if last
+        else None
+    )

@@ -3,13 +3,13 @@
 from pathlib import Path
 
 import pytest
-from settings import CHAPTERS, draw_settings
+from settings import CHAPTERS, ONCE_DIED, draw_settings
 
 from msc.chapters import run_chapters
 from msc.notebook import code_cells
 
 ROOT = Path(__file__).parents[2]
-SETTINGS = draw_settings(100, seed=14)
+SETTINGS = [*ONCE_DIED, *draw_settings(100, seed=14)]
 
 
 @pytest.mark.parametrize(("name", "values"), SETTINGS)
