@@ -32,7 +32,7 @@ _RANGE = re.compile(
     r"(?P<none>,? or None)?"
 )
 _LITERALS = re.compile(_LITERAL)
-_CHOICES = re.compile(rf"(?:{_LITERAL})(?:, (?:{_LITERAL}))*(?: or (?:{_LITERAL}))?")
+_CHOICES = re.compile(rf"(?:{_LITERAL})(?:(?:, | or )(?:{_LITERAL}))+")
 _NONE = ("None", "null")  # how a file of parameters may spell it
 _REFUSED = object()
 _NAMES = {int: "a whole number", float: "a number", bool: "True or False", str: "text"}
@@ -121,9 +121,9 @@ class Parameter(NamedTuple):
 
     def _typed(self, value: Any) -> Any:
         """Return the value as its type has it, or that it is refused."""
-        kind, found = self._kind, _RANGE.fullmatch(self.values)
+        kind = self._kind
         is_none = value is None or (isinstance(value, str) and value in _NONE)
-        if is_none and found and found["none"]:
+        if is_none and "None" in _LITERALS.findall(self.values):
             return None
         if kind in (int, float):
             return _number(value, kind)
@@ -168,7 +168,7 @@ def declared(code: str) -> dict[str, Parameter]:
     seed ('0', '', '') a whole number
     """
     try:
-        tree = ast.parse(code)
+        tree = ast.parse(code, "the cell")
         tokens = [*tokenize.generate_tokens(io.StringIO(code).readline)]
     except (SyntaxError, ValueError, tokenize.TokenError) as error:
         raise ValueError(f"its cell of parameters is no Python: {error}") from error
@@ -232,7 +232,7 @@ def check(
     for name in given:
         if name not in parameters:
             known = ", ".join(sorted(parameters)) or "none"
-            raise ValueError(f"no parameter {name!r}; declared are: {known}")
+            raise ValueError(f"no parameter {name!r}; it declares: {known}")
     read = {name: parameters[name].read(name, value) for name, value in given.items()}
     values = {
         name: one.read(name, one._default)

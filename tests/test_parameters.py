@@ -32,7 +32,7 @@ angle = 60.0  # degrees (any number, modulo 360)
 size = 0.5  # how large (0.1 to 2.5)
 way = "even"  # how they are drawn
 # ("even", "uniform" or "at random")
-power = 2  # of two (1, 2 or 4)
+power = 2  # of two (1, 2, 4 or None)
 shown = True  # whether it is drawn
 name = "x"  # whatever
 """
@@ -68,7 +68,7 @@ def test_a_comment_is_a_meaning_and_the_values():
         "angle": "any number, modulo 360",
         "size": "a number from 0.1 to 2.5",
         "way": '"even", "uniform" or "at random"',
-        "power": "1, 2 or 4",
+        "power": "1, 2, 4 or None",
         "shown": "True or False",
         "name": "text",
     }
@@ -76,7 +76,16 @@ def test_a_comment_is_a_meaning_and_the_values():
 
 @pytest.mark.parametrize(
     "values",
-    ["2 too 360", "2 to", "to 3", "a or b", "see the ledger", "1 to 10, at most", ""],
+    [
+        "2 too 360",
+        "2 to",
+        "3",
+        "to 3",
+        "a or b",
+        "see the ledger",
+        "1 to 10, at most",
+        "",
+    ],
 )
 def test_values_that_cannot_be_understood_are_named(values):
     with pytest.raises(ValueError, match=rf"^n: its comment ends in \({values}\); "):
@@ -116,6 +125,7 @@ def test_a_cell_that_is_no_python_is_told_in_a_sentence(code):
         ("size", "1e-1", 0.1),
         ("way", "at random", "at random"),
         ("power", 4.0, 4),
+        ("power", "None", None),
         ("shown", False, False),
         ("name", "1.5 apples", "1.5 apples"),
     ],
@@ -134,7 +144,7 @@ WRONG = {
     "angle": [*NO_NUMBER, None, 10**400],
     "size": [*NO_NUMBER, None, 0.09, 2.51, -1, "0"],
     "way": ["Even", "even ", "", 1, None, True, ["even"]],
-    "power": [*NO_NUMBER, None, 3, 2.5],
+    "power": [*NO_NUMBER, 3, 2.5],
     "shown": [1, 0, "yes", None],
     "name": [5, None, ["x"], True],
 }
@@ -153,7 +163,7 @@ def test_a_value_that_cannot_be_is_refused_by_name(name):
     [
         ({"n": 3}, "k=4, n=3; wanted k at most n"),
         ({"n": "2", "k": 3.0}, "k=3, n=2; wanted k at most n"),
-        ({"m": 3}, "no parameter 'm'; declared are: "),
+        ({"m": 3}, "no parameter 'm'; it declares: "),
     ],
 )
 def test_parameters_are_held_against_each_other(values, message):
@@ -203,7 +213,13 @@ def test_the_cell_as_it_was_last_run_counts():
 
 
 def test_other_cells_and_a_plain_script_declare_nothing():
-    scratch = ["x = 5  # tasks (of ten)", "print(3)  # (1 to 2)", "x = (", "%time x"]
+    scratch = [
+        "x = 5  # tasks (of ten)",
+        "x = 6  # Eq. (4)",
+        "print(3)  # (1 to 2)",
+        "x = (",
+        "%time x",
+    ]
     names = running(*scratch, x=5)
     check_parameters(names)
     check_parameters({"n": "anything"})
@@ -321,9 +337,9 @@ ILLEGAL = [
     (
         FIG3,
         ["n_sample", "24"],
-        "fig3_free_24 has no parameter 'n_sample'; it declares:",
+        "no parameter 'n_sample'; it declares:",
     ),
-    (FIG3, ["", "24"], "fig3_free_24 has no parameter ''; it declares: "),
+    (FIG3, ["", "24"], "no parameter ''; it declares: "),
     (ARM, ["weight", "6"], "weight=6; wanted a whole number from 0 to 5"),
     (ARM, ["weight", "-1"], "weight=-1; wanted "),
     (ARM, ["strength", "0"], "strength=0; wanted a number from 0.1 to 1000"),
@@ -335,7 +351,7 @@ ILLEGAL = [
     (SKILL, ["n_samples", "2"], "n_charts=4, n_samples=2; wanted n_charts at most"),
     ("book/gallery.ipynb", ["n_tasks", "1"], "n_tasks=1; wanted "),
     ("book/gallery.ipynb", ["n_poses", "1e3"], "n_poses=1000.0; wanted "),
-    ("book/what_it_costs.ipynb", ["n", "1"], "what_it_costs has no parameter 'n'; it"),
+    ("book/what_it_costs.ipynb", ["n", "1"], "no parameter 'n'; it"),
 ]
 
 
@@ -356,7 +372,8 @@ def test_the_illegal_is_refused_in_a_sentence_before_anything(
     assert main(command) == 2
     assert time.process_time() - start < 1
     said = capfd.readouterr()
-    assert said.err.startswith(f"msc: error: {message}")
+    where = "" if "twice" in message else f"{Path(path).stem}: "
+    assert said.err.startswith(f"msc: error: {where}{message}")
     assert said.err.count("\n") == 1
     assert said.out == ""
     assert list(here.iterdir()) == [here / "out.ipynb"]
@@ -378,11 +395,11 @@ def test_the_illegal_is_refused_in_a_sentence_before_anything(
         ),
         (
             json.dumps(tiny()).replace("2 to 360", "2 two 3").encode(),
-            "no.ipynb: n: its",
+            "no: n: its",
         ),
         (
             json.dumps(tiny()).replace("24 ", "= ").encode(),
-            "no.ipynb: its cell of para",
+            "no: its cell of para",
         ),
     ],
 )
@@ -401,7 +418,9 @@ def test_a_refusal_takes_less_than_two_seconds_from_the_start(tmp_path):
     refused = run_tool("msc.cli:main", ["run", *words])
     after = os.times()  # of the processor, however busy the machine is
     assert sum(after[2:4]) - sum(before[2:4]) < 2
-    assert refused.stderr.startswith("msc: error: design='gaussian'; wanted ")
+    assert refused.stderr.startswith(
+        "msc: error: fig8_sample_size: design='gaussian'; wanted "
+    )
 
 
 def test_a_chapter_is_never_written_over(chapter, capfd):
@@ -415,7 +434,7 @@ def test_a_chapter_is_never_written_over(chapter, capfd):
 def test_no_chapter_runs_if_one_is_refused(chapter, tmp_path):
     other = tmp_path / "other.ipynb"
     write_notebook(tiny(), other)
-    with pytest.raises(ValueError, match=r"^n=1; wanted"):
+    with pytest.raises(ValueError, match=r"^other: n=1; wanted"):
         run_chapters(
             {chapter: {}, other: {"n": 1}}, root=tmp_path, cache=tmp_path / "cache"
         )
