@@ -8,9 +8,10 @@ values it may take:
     task_deg = 60.0  # the task, in degrees (any number, modulo 360)
     design = "even"  # how they are drawn ("even", "uniform" or "nonuniform")
 
-Its type is the default's. A comment too long for its line goes on in one that begins
-with the parenthesis. All else is made of this: what the command line refuses, what a
-chapter checks before it computes anything, and the page of parameters.
+Its type is the default's; numbers are whole if the default is and both bounds are. A
+comment too long for its line goes on in one that begins with the parenthesis. All else
+is made of this: what the command line refuses, what a chapter checks before it computes
+anything, and the page of parameters.
 """
 
 import ast
@@ -113,10 +114,11 @@ class Parameter(NamedTuple):
 
     @property
     def _kind(self) -> type:
-        """Its type: the default's or, where that tells none, the values'."""
+        """Its type: the default's; whole numbers have whole bounds."""
         kind = type(self._default)
-        if kind not in _NAMES and (found := _RANGE.fullmatch(self.values)):
-            return float if not found["low"] or "." in self.values else int
+        if found := _RANGE.fullmatch(self.values):
+            is_whole = kind is not float and found["low"] and "." not in self.values
+            return int if is_whole else float
         return kind
 
     def _typed(self, value: Any) -> Any:

@@ -212,6 +212,13 @@ def test_the_cell_as_it_was_last_run_counts():
         check_parameters(running(wider, CELL, n=500))
 
 
+def test_an_edited_default_keeps_the_type():
+    edited = CELL.replace("24 ", "'48' ").replace("60.0", "-5").replace("0.5", "1")
+    names = running(edited, n="48", angle=-5, size="1.5", k=2)
+    check_parameters(names)
+    assert (names["n"], names["angle"], names["size"]) == (48, 355.0, 1.5)
+
+
 def test_other_cells_and_a_plain_script_declare_nothing():
     scratch = [
         "x = 5  # tasks (of ten)",
