@@ -110,7 +110,7 @@ def parameters_markdown(chapters: Sequence[Path]) -> str:
             others.append(link)
             continue
         rows = [
-            f"| `{name}` | `{one.default}` | {one.meaning or '–'} | {one.wanted} |"
+            f"| `{name}` | `{one.default}` | {one.meaning or '–'} | {_code(one.wanted)} |"
             for name, one in parameters.items()
         ]
         head = f"## {link}\n\n`book/{path.name}`\n"
@@ -212,6 +212,11 @@ def sources_markdown(links: Sequence[tuple[str, str]], root: Path) -> str:
             words = name.removeprefix("test_").replace("_", " ")
             sections.append(f"({file}.{name})=\n### {words}\n\n```python\n{code}\n```")
     return "\n\n".join(sections) + "\n"
+
+
+def _code(words: str) -> str:
+    """Mark quoted text as code, whose quotes stay as they are."""
+    return re.sub(r'"[^"]*"', r"`\g<0>`", words)
 
 
 def _source(path: Path, name: str) -> str:

@@ -22,6 +22,7 @@ from msc.checks import WORDS, expect, unmet
 from msc.cli import main
 from msc.notebook import code_cells, read_notebook, source, tags, write_notebook
 from msc.record import Record
+from msc.reference import parameters_markdown
 from msc.schema import Parameter, check, check_parameters, declared, resolve
 
 ROOT = Path(__file__).parents[1]
@@ -101,6 +102,14 @@ def test_a_bound_has_to_be_declared():
 def test_a_cell_that_is_no_python_is_told_in_a_sentence(code):
     with pytest.raises(ValueError, match=r"^its cell of parameters is no Python: "):
         declared(code)
+
+
+def test_the_page_of_parameters_tells_the_values():
+    page = parameters_markdown([ROOT / FIG3, ROOT / FIG8])
+    row = "| `n_samples` | `24` | training tasks, evenly spaced over the circle | {} |"
+    assert row.format("a whole number from 2 to 360") in page
+    choices = '| `"even"`, `"uniform"` or `"nonuniform"` |'
+    assert f"| `design` | `'even'` | how sets are drawn {choices}" in page
 
 
 # What is read
