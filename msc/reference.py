@@ -110,8 +110,9 @@ def parameters_markdown(chapters: Sequence[Path]) -> str:
             others.append(link)
             continue
         rows = [
-            f"| `{name}` | `{one.default}` | {one.meaning or '–'} | {_code(one.wanted)} |"
+            f"| `{name}` | `{one.default}` | {one.meaning or '–'} | {values} |"
             for name, one in parameters.items()
+            for values in [_code(one.wanted)]
         ]
         head = f"## {link}\n\n`book/{path.name}`\n"
         table = ["| parameter | default | meaning | values |", "|---|---|---|---|"]
