@@ -14,6 +14,7 @@ from pathlib import Path
 
 from msc import notebook as nb
 from msc.chapters import BookError, run_tool
+from msc.schema import Parameter
 
 PARAMETERS = "parameters_tables.md"
 COMMANDS = "commands_help.md"
@@ -110,9 +111,8 @@ def parameters_markdown(chapters: Sequence[Path]) -> str:
             others.append(link)
             continue
         rows = [
-            f"| `{name}` | `{one.default}` | {one.meaning or '–'} | {values} |"
+            f"| {' | '.join((f'`{name}`', f'`{one.default}`', *_words(one)))} |"
             for name, one in parameters.items()
-            for values in [_code(one.wanted)]
         ]
         head = f"## {link}\n\n`book/{path.name}`\n"
         table = ["| parameter | default | meaning | values |", "|---|---|---|---|"]
@@ -215,9 +215,10 @@ def sources_markdown(links: Sequence[tuple[str, str]], root: Path) -> str:
     return "\n\n".join(sections) + "\n"
 
 
-def _code(words: str) -> str:
-    """Mark quoted text as code, whose quotes stay as they are."""
-    return re.sub(r'"[^"]*"', r"`\g<0>`", words)
+def _words(parameter: Parameter) -> tuple[str, str]:
+    """Say what a parameter means and may be; what is quoted is code."""
+    wanted = re.sub(r'"[^"]*"', r"`\g<0>`", parameter.wanted)
+    return parameter.meaning or "–", wanted
 
 
 def _source(path: Path, name: str) -> str:
