@@ -20,7 +20,7 @@ NOTEBOOKS := $(wildcard book/*.ipynb)
 
 python_version = $(or $(shell "$(PYTHON)" -c 'import sys; print("%d.%d" % sys.version_info[:2])' 2>/dev/null),missing)
 
-.PHONY: help env book release pdf twice test test-browser lint serve lab hooks data results bench lock clean
+.PHONY: help env book release pdf twice test test-browser test-slow lint serve lab hooks data results bench lock clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' Makefile
@@ -39,13 +39,16 @@ pdf: book ## print the book as one PDF; needs Chromium
 twice: $(STAMP) ## build the book again elsewhere and compare all bytes
 	@$(BIN) -m msc twice --profile $(PROFILE) --jobs $(JOBS)
 
-test: $(STAMP) ## run all tests but those in a browser
+test: $(STAMP) ## run all tests but those in a browser and the slow ones
 	@$(ONE_THREAD) $(BIN) -m pytest --numprocesses $(JOBS) --dist loadfile
 	@echo "$(if $(CHROMIUM),Not run here:,There is no chromium on the PATH; left out:) \
 	the tests of the built book in a browser (make book test-browser)."
 
 test-browser: $(STAMP) ## look at the built book in Chromium: every page, slider, link
 	@CHROMIUM="$(CHROMIUM)" $(BIN) -m pytest --numprocesses $(JOBS) tests/browser
+
+test-slow: $(STAMP) ## run the chapters with a hundred legal settings of parameters
+	@$(ONE_THREAD) $(BIN) -m pytest --numprocesses $(JOBS) tests/slow
 
 lint: $(STAMP) ## check style, types, docstrings, and that notebooks carry no outputs
 	@$(BIN) -m ruff check

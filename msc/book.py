@@ -16,7 +16,8 @@ from typing import Any
 
 import yaml
 
-from msc.chapters import Chapter, run_chapters
+from msc.chapters import BookError, Chapter, run_chapters
+from msc.checks import unmet
 from msc.claim_file import load_claims
 from msc.claims import CLAIMS, VERDICTS
 from msc.claims_page import tally, write_claims
@@ -77,8 +78,9 @@ def build_book(
     FileNotFoundError
         If `root` holds no book, or the book lacks a page of its table of contents.
     BookError
-        If a chapter fails or a page does not render without a warning. An earlier book
-        in `_build/html` is left as it was.
+        If a chapter fails, a claim in one does not hold (see `msc.checks.expect`), or a
+        page does not render without a warning. An earlier book in `_build/html` is left
+        as it was.
 
     Notes
     -----
@@ -98,6 +100,9 @@ def build_book(
     }
     cache = build / "cache"
     executed = run_chapters(given, root=root, cache=cache, jobs=jobs, say=say)
+    for one in executed:
+        if words := unmet(one.notebook):
+            raise BookError(f"{one.name}, {words}")
     pictures = {one.name: find_pictures(one.name, one.notebook) for one in executed}
     chapters = [replace(one, notebook=without_lines(one.notebook)) for one in executed]
     stage = build / "stage"

@@ -19,11 +19,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import yaml
 from tqdm import tqdm
 
 from msc import kernel
 from msc import notebook as nb
 from msc.record import Record, read_log, read_record
+from msc.schema import check
 
 
 class BookError(RuntimeError):
@@ -83,19 +85,21 @@ def run_chapters(
     Raises
     ------
     ValueError
-        If a chapter does not declare a parameter.
+        If a chapter does not declare a parameter, or it cannot take its value: before
+        any of the chapters is executed.
     BookError
         If a cell fails. Chapters that have finished by then stay in the cache.
     """
     if jobs < 1:
         raise ValueError(f"jobs must be at least 1, not {jobs}")
+    checked = {path: read_chapter(path, given) for path, given in parameters.items()}
     with (
         ThreadPoolExecutor(jobs) as pool,
         tqdm(total=len(parameters), desc="chapters", disable=None) as progress,
     ):
         futures = [
-            pool.submit(_run, path, given, root=root, cache=cache, say=say)
-            for path, given in parameters.items()
+            pool.submit(_run, path, *chapter, root=root, cache=cache, say=say)
+            for path, chapter in checked.items()
         ]
         try:
             for future in as_completed(futures):
@@ -105,6 +109,39 @@ def run_chapters(
             pool.shutdown(wait=False, cancel_futures=True)
             raise
     return [future.result() for future in futures]
+
+
+def read_chapter(
+    path: Path, parameters: Mapping[str, Any]
+) -> tuple[nb.Notebook, dict[str, Any]]:
+    """Read a chapter, and check the parameters that it is to be run with.
+
+    Parameters
+    ----------
+    path : Path
+        The notebook.
+    parameters : mapping from str to object
+        Values for some of its parameters.
+
+    Returns
+    -------
+    dict, dict
+        The notebook, and the values as the chapter declares them: text that is a number
+        is one where a number is meant.
+
+    Raises
+    ------
+    ValueError
+        If the file is no notebook, or a parameter is not declared or cannot take its
+        value.
+    OSError
+        If the file cannot be read.
+    """
+    notebook = nb.read_notebook(path)
+    try:
+        return notebook, check(nb.parameters(notebook), parameters)
+    except ValueError as error:
+        raise ValueError(f"{path.stem}: {error}") from error
 
 
 def run_tool(
@@ -144,20 +181,14 @@ def run_tool(
 
 def _run(
     path: Path,
-    parameters: Mapping[str, Any],
+    source: nb.Notebook,
+    given: dict[str, Any],
     *,
     root: Path,
     cache: Path,
     say: Callable[[str], object] | None,
 ) -> Chapter:
     """Return one chapter with its outputs, from the cache if nothing has changed."""
-    source = nb.read_notebook(path)
-    if unknown := sorted(set(parameters) - {*(known := nb.parameters(source))}):
-        raise ValueError(
-            f"{path.stem} has no parameter {unknown[0]!r}; "
-            f"it declares: {', '.join(sorted(known)) or 'none'}"
-        )
-    given = dict(parameters)
     code = _sha256([_essence(cell) for cell in nb.code_cells(source)])
     kept = cache / f"{path.stem}-{_sha256(given)[:8]}.ipynb"
     run = nb.read_notebook(kept) if kept.exists() else None
@@ -200,8 +231,9 @@ def _execute(
         kernel_spec = {"argv": launch, "display_name": "Python 3"}
         spec.write_text(json.dumps(kernel_spec), "utf-8")
         arguments: list[str | Path] = [path.resolve(), output, "--kernel", "python3"]
-        arguments += ["--cwd", root.resolve(), "--parameters_yaml"]
-        arguments += [json.dumps(dict(parameters)), "--no-progress-bar"]
+        given = yaml.safe_dump(dict(parameters), sort_keys=False)  # 1e-5 stays one
+        arguments += ["--cwd", root.resolve(), "--parameters_yaml", given]
+        arguments += ["--no-progress-bar"]
         result = run_tool(
             "papermill.cli:papermill",
             arguments,

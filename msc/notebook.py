@@ -4,23 +4,17 @@ A chapter is a notebook without outputs; papermill returns a run of it: the same
 cells with outputs, and one more, *injected*, that sets the parameters it was given.
 """
 
-import ast
-import io
 import json
 import re
-import tokenize
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
+
+from msc.schema import Parameter, declared
 
 Notebook = dict[str, Any]
 Cell = dict[str, Any]
 
-
-class Parameter(NamedTuple):
-    """A parameter's default, as Python writes it, and the comment on its last line."""
-
-    default: str
-    meaning: str
+_CELL = {"cell_type", "metadata", "source"}  # what every cell has
 
 
 def read_notebook(path: Path) -> Notebook:
@@ -43,10 +37,16 @@ def read_notebook(path: Path) -> Notebook:
     """
     try:
         notebook: Notebook = json.loads(path.read_text(encoding="utf-8"))
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise ValueError(f"{path.name} is not a notebook: {error}") from error
-    if not (isinstance(notebook, dict) and "cells" in notebook):
+    if not (isinstance(notebook, dict) and isinstance(notebook.get("cells"), list)):
         raise ValueError(f"{path.name} is not a notebook: it has no cells")
+    for number, cell in enumerate(notebook["cells"], start=1):
+        if not (isinstance(cell, dict) and cell.keys() >= _CELL):
+            raise ValueError(
+                f"{path.name} is not a notebook: cell {number} lacks "
+                f"one of {', '.join(sorted(_CELL))}"
+            )
     return notebook
 
 
@@ -129,29 +129,24 @@ def parameters(notebook: Notebook) -> dict[str, Parameter]:
     dict of str to Parameter
         By name, in the order of the cell; empty if no cell has the tag.
 
+    Raises
+    ------
+    ValueError
+        If the cell is no Python, or the values in a comment cannot be understood.
+
     Examples
     --------
-    >>> code = "n_samples = 24  # training tasks\nseed: int = 0"
+    >>> code = "n_samples = 24  # training tasks (2 to 360)\nseed: int = 0"
     >>> cell = {"source": code, "metadata": {"tags": ["parameters"]}}
     >>> for name, found in parameters({"cells": [cell]}).items():
     ...     print(name, tuple(found))
-    n_samples ('24', 'training tasks')
-    seed ('0', '')
+    n_samples ('24', 'training tasks', '2 to 360')
+    seed ('0', '', '')
     """
-    found = {}
-    for code in (source(c) for c in notebook["cells"] if "parameters" in tags(c)):
-        comments = {
-            token.start[0]: token.string.lstrip("# ").strip()
-            for token in tokenize.generate_tokens(io.StringIO(code).readline)
-            if token.type == tokenize.COMMENT
-        }
-        for line in ast.walk(ast.parse(code)):
-            if isinstance(line, ast.Assign | ast.AnnAssign):
-                default = ast.unparse(line.value) if line.value else ""
-                one = Parameter(default, comments.get(line.end_lineno or 0, ""))
-                for node in ast.walk(line):
-                    if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
-                        found[node.id] = one
+    found: dict[str, Parameter] = {}
+    for cell in notebook["cells"]:
+        if "parameters" in tags(cell):
+            found |= declared(source(cell))
     return found
 
 

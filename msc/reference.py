@@ -14,6 +14,7 @@ from pathlib import Path
 
 from msc import notebook as nb
 from msc.chapters import BookError, run_tool
+from msc.schema import Parameter
 
 PARAMETERS = "parameters_tables.md"
 COMMANDS = "commands_help.md"
@@ -110,11 +111,12 @@ def parameters_markdown(chapters: Sequence[Path]) -> str:
             others.append(link)
             continue
         rows = [
-            f"| `{name}` | `{default}` | {meaning or '–'} |"
-            for name, (default, meaning) in parameters.items()
+            f"| {' | '.join((f'`{name}`', f'`{one.default}`', *_words(one)))} |"
+            for name, one in parameters.items()
         ]
         head = f"## {link}\n\n`book/{path.name}`\n"
-        table = ["| parameter | default | meaning |", "|---|---|---|", *rows]
+        table = ["| parameter | default | meaning | values |", "|---|---|---|---|"]
+        table += rows
         sections.append("\n".join([head, *table]))
     if others:
         sections.append(f"Without parameters: {', '.join(others)}.")
@@ -211,6 +213,12 @@ def sources_markdown(links: Sequence[tuple[str, str]], root: Path) -> str:
             words = name.removeprefix("test_").replace("_", " ")
             sections.append(f"({file}.{name})=\n### {words}\n\n```python\n{code}\n```")
     return "\n\n".join(sections) + "\n"
+
+
+def _words(parameter: Parameter) -> tuple[str, str]:
+    """Say what a parameter means and may be; what is quoted is code."""
+    wanted = re.sub(r'"[^"]*"', r"`\g<0>`", parameter.wanted)
+    return parameter.meaning or "–", wanted
 
 
 def _source(path: Path, name: str) -> str:

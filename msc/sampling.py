@@ -142,6 +142,30 @@ def take_evenly(tasks: ArrayLike, n_samples: int) -> Indices:
     return np.asarray(chosen)
 
 
+def nearest_task(tasks_deg: ArrayLike, task_deg: float) -> int:
+    """Find the task nearest to another, round the circle.
+
+    Parameters
+    ----------
+    tasks_deg : array_like of shape (n_tasks,)
+        Task angles (degrees).
+    task_deg : float
+        The other (degrees).
+
+    Returns
+    -------
+    int
+        Its index; the first, of two that are equally near.
+
+    Examples
+    --------
+    >>> nearest_task([0, 120, 240], 359.9)
+    0
+    """
+    apart = np.abs(np.asarray(tasks_deg, dtype=float) - task_deg) % 360
+    return int(np.minimum(apart, 360 - apart).argmin())
+
+
 def _check_angles(tasks: ArrayLike) -> NDArray[np.float64]:
     """Return the tasks in a row, if they are angles in [0, 2π)."""
     angles = to_floats("tasks", tasks)

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from msc.chapters import run_chapters
+from msc.checks import unmet
 from msc.notebook import code_cells, parameters, read_notebook, source
 
 ROOT = Path(__file__).parents[1]
@@ -30,6 +31,7 @@ def test_chapter_is_clean(path):
 def test_chapter_runs_and_its_images_have_alternative_text(path):
     given = {"profile": "quick"} if parameters(read_notebook(path)) else {}
     [done] = run_chapters({path: given}, root=ROOT, cache=CACHE)
+    assert unmet(done.notebook) == ""
     for cell in code_cells(done.notebook):
         if any("image/png" in output.get("data", {}) for output in cell["outputs"]):
             assert cell["metadata"]["mystnb"]["image"]["alt"], source(cell)
