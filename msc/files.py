@@ -1,11 +1,14 @@
-"""Files: the folder of the data, writing whole or not at all, checksums."""
+"""Files: the folder of the data, locks, writing whole or not at all, checksums."""
 
 from __future__ import annotations
 
+import fcntl
 import hashlib
 import json
 import os
 import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
@@ -24,6 +27,47 @@ def find_data() -> Path:
         (f / "data" for f in folders if (f / "data" / "datapackage.json").is_file()),
         folders[-1] / "data",
     )
+
+
+@contextmanager
+def locked(path: Path, refusal: str | None = None) -> Iterator[None]:
+    """Hold a file or a folder, to the exclusion of all others that ask for it here.
+
+    Parameters
+    ----------
+    path : Path
+        What to hold; it has to exist. Its content may be changed, also by others who do
+        not ask.
+    refusal : str, optional
+        What to say if another holds it; without, it is waited for.
+
+    Raises
+    ------
+    ValueError
+        With `refusal`, if another holds it.
+
+    Notes
+    -----
+    A folder is held as it is: nothing is left in it. The lock goes with the process,
+    even if that is killed, and programs that it started do not inherit it.
+
+    Examples
+    --------
+    >>> with locked(Path(), "this folder is in use"), locked(Path(), "wait for it"):
+    ...     pass
+    Traceback (most recent call last):
+    ...
+    ValueError: wait for it
+    """
+    handle = os.open(path, os.O_RDONLY)
+    try:
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | (fcntl.LOCK_NB if refusal else 0))
+        except BlockingIOError:
+            raise ValueError(refusal) from None
+        yield
+    finally:
+        os.close(handle)
 
 
 def replace_file(path: Path, text: str) -> None:
