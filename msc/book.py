@@ -16,7 +16,7 @@ from typing import Any
 
 import yaml
 
-from msc.chapters import Chapter, run_chapters
+from msc.chapters import BookError, Chapter, run_chapters
 from msc.claim_file import load_claims
 from msc.claims import CLAIMS, VERDICTS
 from msc.claims_page import tally, write_claims
@@ -28,7 +28,8 @@ from msc.figures import (
     write_gallery,
     write_vectors,
 )
-from msc.notebook import parameters, read_notebook, write_notebook
+from msc.files import locked
+from msc.notebook import complaints, parameters, read_notebook, write_notebook
 from msc.opening import write_opening
 from msc.provenance import SECONDS, seconds_script, with_provenance
 from msc.reference import mend_backlinks, write_reference
@@ -39,6 +40,8 @@ ENDINGS = (".ipynb", ".md", ".rst")  # of pages
 
 # A list in a result file that is longer holds data, which no page quotes.
 LONGEST = 10
+
+IN_USE = "{} is in use by another build; wait for it or stop it"
 
 # The package of the lock that carries MathJax: the book needs no network.
 MATHJAX = "sphinx-mathjax-offline"
@@ -73,12 +76,12 @@ def build_book(
     Raises
     ------
     ValueError
-        If `profile` or `jobs` makes no sense.
+        If `profile` or `jobs` makes no sense, or the book is being built already.
     FileNotFoundError
         If `root` holds no book, or the book lacks a page of its table of contents.
     BookError
-        If a chapter fails or a page does not render without a warning. An earlier book
-        in `_build/html` is left as it was.
+        If a chapter fails or writes to stderr, or a page does not render without a
+        warning. An earlier book in `_build/html` is left as it was.
 
     Notes
     -----
@@ -96,18 +99,23 @@ def build_book(
         for page in pages(root)
         if page.suffix == ".ipynb"
     }
-    cache = build / "cache"
-    executed = run_chapters(given, root=root, cache=cache, jobs=jobs, say=say)
-    pictures = {one.name: find_pictures(one.name, one.notebook) for one in executed}
-    chapters = [replace(one, notebook=without_lines(one.notebook)) for one in executed]
-    stage = build / "stage"
-    lay_out(stage, lambda folder: _stage(root, folder, chapters, pictures))
-    rendered = render(stage)
-    _complete(rendered, root, chapters, [p for own in pictures.values() for p in own])
-    html = build / "html"
-    shutil.rmtree(html, ignore_errors=True)
-    rendered.rename(html)
-    return html / "index.html"
+    build.mkdir(exist_ok=True)
+    with locked(build, IN_USE.format(build)):
+        cache = build / "cache"
+        executed = run_chapters(given, root=root, cache=cache, jobs=jobs, say=say)
+        _refuse_complaints(executed)
+        pictures = {one.name: find_pictures(one.name, one.notebook) for one in executed}
+        chapters = [
+            replace(one, notebook=without_lines(one.notebook)) for one in executed
+        ]
+        stage = build / "stage"
+        lay_out(stage, lambda folder: _stage(root, folder, chapters, pictures))
+        rendered = render(stage)
+        _complete(rendered, root, chapters, [p for o in pictures.values() for p in o])
+        html = build / "html"
+        shutil.rmtree(html, ignore_errors=True)
+        rendered.rename(html)
+        return html / "index.html"
 
 
 def pages(root: Path) -> list[Path]:
@@ -208,6 +216,15 @@ def page_names(toc: Any) -> list[str]:
         return []
     own = [toc[key] for key in ("root", "file") if key in toc]
     return own + [name for value in toc.values() for name in page_names(value)]
+
+
+def _refuse_complaints(chapters: Sequence[Chapter]) -> None:
+    """Refuse runs that wrote to stderr, all at once."""
+    said = [
+        f"{one.name}, {said}" for one in chapters for said in complaints(one.notebook)
+    ]
+    if said:
+        raise BookError("\n".join(said))
 
 
 def _stage(

@@ -77,13 +77,12 @@ def find_pictures(chapter: str, notebook: nb.Notebook) -> list[Picture]:
         for output in cell.get("outputs", ()):
             data = output.get("data", {})
             if PNG in data:
-                image = cell["metadata"].get("mystnb", {}).get("image", {})
                 picture = Picture(
                     chapter,
                     title,
                     number=len(found) + 1,
                     cell=place,
-                    alt=image.get("alt", ""),
+                    alt=nb.alternative_text(cell),
                     png=base64.b64decode("".join(data[PNG])),
                     svg="".join(data.get(SVG, "")),
                 )

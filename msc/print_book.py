@@ -18,8 +18,10 @@ from typing import Any
 
 import yaml
 
-from msc.book import page_names
+from msc.book import IN_USE, page_names
 from msc.chapters import BookError
+from msc.environment import environment
+from msc.files import locked
 from msc.release import release_name
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
@@ -44,6 +46,8 @@ def print_book(root: Path) -> Path:
     ------
     FileNotFoundError
         If the book is not built, or there is no Chromium.
+    ValueError
+        If the book is being built.
     BookError
         If Chromium prints nothing.
     """
@@ -55,38 +59,18 @@ def print_book(root: Path) -> Path:
         )
     toc = yaml.safe_load((root / "_toc.yml").read_text(encoding="utf-8"))
     config = yaml.safe_load((root / "_config.yml").read_text(encoding="utf-8"))
+    text = one_page(build / "html", toc, config["title"], config["author"])
     page = build / "book.html"
     target = build / "release" / f"{release_name(root)}.pdf"
     target.parent.mkdir(exist_ok=True)
-    page.write_text(
-        one_page(build / "html", toc, config["title"], config["author"]),
-        encoding="utf-8",
-    )
-    target.unlink(missing_ok=True)
-    with tempfile.TemporaryDirectory(prefix="msc-") as profile:
-        ran = subprocess.run(
-            [
-                browser,
-                "--headless",
-                "--no-sandbox",
-                "--disable-gpu",
-                "--disable-background-networking",
-                "--no-first-run",
-                "--no-pdf-header-footer",
-                "--generate-pdf-document-outline",
-                "--virtual-time-budget=60000",
-                f"--user-data-dir={profile}",
-                f"--print-to-pdf={target}",
-                page.as_uri(),
-            ],
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-    if not target.exists():
-        last_words = (ran.stderr.strip() or "it said nothing").splitlines()[-1]
-        raise BookError(f"{Path(browser).name} printed nothing: {last_words}")
-    target.write_bytes(without_dates(target.read_bytes()))
+    with locked(build, IN_USE.format(build)):
+        page.write_text(text, encoding="utf-8")
+        target.unlink(missing_ok=True)
+        said = _print(browser, page, target)
+        if not target.exists():
+            last_words = (said.strip() or "it said nothing").splitlines()[-1]
+            raise BookError(f"{Path(browser).name} printed nothing: {last_words}")
+        target.write_bytes(without_dates(target.read_bytes()))
     return target
 
 
@@ -175,6 +159,32 @@ def one_page(html: Path, toc: Mapping[str, Any], title: str, author: str) -> str
         ]
     )
     return re.sub(r'((?:src|<link[^>]*href)=")(?=_)', rf"\1{html.name}/", page)
+
+
+def _print(browser: str, page: Path, target: Path) -> str:
+    """Print a page as a PDF; return what the browser wrote to stderr."""
+    with tempfile.TemporaryDirectory(prefix="msc-") as profile:
+        return subprocess.run(
+            [
+                browser,
+                "--headless",
+                "--no-sandbox",
+                "--disable-gpu",
+                "--disable-background-networking",
+                "--no-first-run",
+                "--no-pdf-header-footer",
+                "--generate-pdf-document-outline",
+                "--virtual-time-budget=60000",
+                f"--user-data-dir={profile}",
+                f"--print-to-pdf={target}",
+                page.as_uri(),
+            ],
+            env=environment(page.with_name("cache")),
+            capture_output=True,
+            encoding="utf-8",
+            errors="replace",
+            check=False,
+        ).stderr
 
 
 def _contents(toc: Mapping[str, Any], titles: Mapping[str, str]) -> str:

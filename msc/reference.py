@@ -50,7 +50,7 @@ def write_reference(root: Path, stage: Path, chapters: Sequence[Path]) -> None:
         tables = parameters_markdown(chapters)
         (folder / PARAMETERS).write_text(tables, encoding="utf-8")
     if (book / "commands.md").is_file():
-        told = run_tool("msc.cli:main", ["help"], COLUMNS="80")
+        told = run_tool("msc.cli:main", ["help"], cache=root / "_build" / "cache")
         if told.returncode != 0:
             raise BookError(f"msc help failed:\n{told.stderr.strip()}")
         (folder / COMMANDS).write_text(commands_markdown(told.stdout), encoding="utf-8")

@@ -89,6 +89,7 @@ ROW = [
     "plots_movements",
     "plots_charts",
     "notebook",
+    "environment",
     "kernel",
     "record",
     "opening",
