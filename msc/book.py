@@ -20,6 +20,7 @@ from msc.chapters import BookError, Chapter, run_chapters
 from msc.claim_file import load_claims
 from msc.claims import CLAIMS, VERDICTS
 from msc.claims_page import tally, write_claims
+from msc.escapes import plain
 from msc.figures import (
     DOWNLOADS,
     Picture,
@@ -166,8 +167,8 @@ def substitutions(root: Path) -> dict[str, Any]:
         Nested names are joined by underscores, the file's own first: `single.mse` in
         `fig3.json` becomes `fig3_single_mse`, and a page writes
         `{{ fig3_single_mse }}`. Whatever cannot stand in a name becomes an underscore;
-        lists longer than ten entries are left out. `n_claims` counts the claims,
-        `verdicts` says how many got which verdict.
+        lists longer than ten entries are left out. Text is shown as it is. `n_claims`
+        counts the claims, `verdicts` says how many got which verdict.
     """
     flat: dict[str, Any] = {}
 
@@ -179,7 +180,7 @@ def substitutions(root: Path) -> dict[str, Any]:
             for key, item in pairs:
                 collect(re.sub(r"\W", "_", f"{name}_{key}"), item)
         else:
-            flat[name] = value
+            flat[name] = plain(value) if isinstance(value, str) else value
 
     for file in sorted(root.glob("data/results/*.json")):
         collect(
@@ -259,6 +260,7 @@ def _complete(
     html: Path, root: Path, chapters: Sequence[Chapter], pictures: Sequence[Picture]
 ) -> None:
     """Add what is no page: MathJax, notebooks, figures as SVG, seconds."""
+    (html / ".buildinfo").unlink()  # Sphinx's own, of folders on this machine
     script = distribution(MATHJAX).locate_file(f"{MATHJAX}/static/mathjax/{_MATHJAX}")
     (html / "_static" / "mathjax").mkdir(exist_ok=True)
     shutil.copy(str(script), html / "_static" / "mathjax")

@@ -15,6 +15,7 @@ import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
+from urllib.parse import unquote
 
 import yaml
 
@@ -136,7 +137,8 @@ def one_page(html: Path, toc: Mapping[str, Any], title: str, author: str) -> str
         if (found := re.search(pattern, everything))
     ]
     bodies = [
-        f'<article class="bd-article" id="{name}">{_body(name, text, names)}</article>'
+        f'<article class="bd-article" id="{markup.escape(name)}">'
+        f"{_body(name, text, names)}</article>"
         for name, text in pages.items()
     ]
     titles = {name: _title(text) for name, text in pages.items()}
@@ -192,7 +194,7 @@ def _contents(toc: Mapping[str, Any], titles: Mapping[str, str]) -> str:
 
     def links(entries: Any) -> str:
         items = [
-            f'<li><a href="#{name}">{titles[name]}</a></li>'
+            f'<li><a href="#{markup.escape(name)}">{titles[name]}</a></li>'
             for name in page_names(entries)
         ]
         return f"<ul>{''.join(items)}</ul>"
@@ -222,14 +224,18 @@ def _body(name: str, page: str, names: Sequence[str]) -> str:
     text = re.sub(r"<details\b", "<details open", text)
     # A film would be caught at any moment; it has a picture beside it.
     text = re.sub(r'src="_images/(\w+)\.gif"', r'src="_static/\1.png"', text)
-    text = re.sub(r'(\s(?:id|for|name|aria-labelledby)=")', rf"\1{name}--", text)
+    text = re.sub(
+        r'(\s(?:id|for|name|aria-labelledby)=")',
+        lambda found: f"{found[1]}{markup.escape(name)}--",
+        text,
+    )
 
     def link(match: re.Match[str]) -> str:
         before, address, after, content = match.groups()
-        file, _, anchor = address.partition("#")
+        file, _, anchor = unquote(markup.unescape(address)).partition("#")
         target = file.removesuffix(".html") if file else name
         if target in names:
-            address = f"#{target}--{anchor}" if anchor else f"#{target}"
+            address = markup.escape(f"#{target}--{anchor}" if anchor else f"#{target}")
         elif not re.match(r"[a-z]+:", address):  # a file beside the book
             return f"<span>{content}</span>"
         return f'<a{before}href="{address}"{after}>{content}</a>'

@@ -14,6 +14,7 @@ from pathlib import Path
 
 from msc import notebook as nb
 from msc.chapters import BookError, run_tool
+from msc.escapes import code, fenced, label, plain
 
 PARAMETERS = "parameters_tables.md"
 COMMANDS = "commands_help.md"
@@ -105,15 +106,15 @@ def parameters_markdown(chapters: Sequence[Path]) -> str:
     for path in chapters:
         notebook = nb.read_notebook(path)
         parameters = nb.parameters(notebook)
-        link = f"[{nb.title(notebook) or path.stem}]({path.stem})"
+        link = f"[{label(nb.title(notebook) or plain(path.stem))}]({path.stem})"
         if not parameters:
             others.append(link)
             continue
         rows = [
-            f"| `{name}` | `{default}` | {meaning or '–'} |"
+            f"| {code(name)} | {code(default)} | {plain(meaning) or '–'} |"
             for name, (default, meaning) in parameters.items()
         ]
-        head = f"## {link}\n\n`book/{path.name}`\n"
+        head = f"## {link}\n\n{code(f'book/{path.name}')}\n"
         table = ["| parameter | default | meaning |", "|---|---|---|", *rows]
         sections.append("\n".join([head, *table]))
     if others:
@@ -153,7 +154,7 @@ def commands_markdown(text: str) -> str:
         if part.strip():
             command = re.match(r"usage: (msc [a-z]+)", part)
             head = f"## {command[1]}\n\n" if command else ""
-            sections.append(f"{head}```text\n{part.strip()}\n```")
+            sections.append(f"{head}{fenced(part.strip(), 'text')}")
     return "\n\n".join(sections) + "\n"
 
 
@@ -207,9 +208,9 @@ def sources_markdown(links: Sequence[tuple[str, str]], root: Path) -> str:
             f"{{download}}`tests/{file}.py <../tests/{file}.py>`"
         )
         for name in (name for other, name in links if other == file):
-            code = _source(path, name)
+            block = fenced(_source(path, name), "python")
             words = name.removeprefix("test_").replace("_", " ")
-            sections.append(f"({file}.{name})=\n### {words}\n\n```python\n{code}\n```")
+            sections.append(f"({file}.{name})=\n### {words}\n\n{block}")
     return "\n\n".join(sections) + "\n"
 
 

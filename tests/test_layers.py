@@ -12,6 +12,7 @@ PACKAGE = Path(__file__).parents[1] / "msc"
 ROW = [
     "parallel",
     "files",
+    "escapes",
     "sampling",
     "geometry",
     "workspace",
@@ -96,6 +97,7 @@ ROW = [
     "chapters",
     "reference",
     "source_pages",
+    "headings",
     "rendering",
     "figures",
     "provenance",
