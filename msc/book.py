@@ -248,12 +248,16 @@ def _stage(
     config.setdefault("parse", {})["myst_substitutions"] = substitutions(root)
     scripts = config["sphinx"]["config"].setdefault("html_js_files", [])
     scripts.append([SECONDS, {"defer": "defer"}])
-    (book / "_config.yml").write_text(yaml.safe_dump(config))
     shutil.copy(root / "_toc.yml", book)
     write_claims(root, book, {page.stem for page in pages(root)})
     write_opening([chapter.notebook for chapter in chapters], book)
     notebooks = [page for page in pages(root) if page.suffix == ".ipynb"]
     write_reference(root, stage, notebooks)
+    # Jupyter Book finds these itself, but not in a path with brackets.
+    known = {page.relative_to(root / "book") for page in pages(root)}
+    texts = {f.relative_to(book) for f in book.rglob("*") if f.suffix in ENDINGS}
+    config["exclude_patterns"] = sorted(map(str, texts - known))
+    (book / "_config.yml").write_text(yaml.safe_dump(config))
 
 
 def _complete(

@@ -208,7 +208,8 @@ def _execute(
         launch = [sys.executable, *map(str, (script, log, *watched))]
         launch += ["-f", "{connection_file}"]
         spec.write_text(json.dumps({"argv": launch, "display_name": "Python 3"}))
-        arguments: list[str | Path] = [path.resolve(), output, "--kernel", "python3"]
+        arguments: list[str | Path] = [*map(_literal, (path.resolve(), output))]
+        arguments += ["--kernel", "python3"]
         arguments += ["--cwd", root.resolve(), "--parameters_yaml"]
         arguments += [json.dumps(dict(parameters)), "--no-progress-bar"]
         result = run_tool(
@@ -226,6 +227,11 @@ def _execute(
         failure = nb.failure(nb.read_notebook(output)) if output.exists() else ""
         last_words = (result.stderr.strip() or "papermill failed").splitlines()[-1]
         raise BookError(f"{path.stem}, {failure or last_words}")
+
+
+def _literal(path: Path) -> str:
+    """Write a path for papermill, which fills in what stands in braces."""
+    return str(path).replace("{", "{{").replace("}", "}}")
 
 
 def _sha256(content: Any) -> str:
