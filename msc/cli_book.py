@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import re
+import sys
 from pathlib import Path
 from typing import Any
 
@@ -11,7 +12,7 @@ from tqdm import tqdm
 
 from msc.chapters import BookError, read_chapter, run_chapters
 from msc.cli_options import Commands, add_jobs, add_profile, check_output
-from msc.notebook import write_notebook
+from msc.notebook import complaints, write_notebook
 from msc.schema import resolve
 
 
@@ -54,6 +55,8 @@ def _run_chapter(options: argparse.Namespace) -> None:
         chapters, root=root, cache=root / "_build/cache", jobs=1, say=print
     )
     write_notebook(chapter.notebook, out)
+    for words in complaints(chapter.notebook):
+        print(f"{chapter.name}, {words}", file=sys.stderr)
     print(f"{out}: {chapter.record.seconds:.1f} s")
 
 

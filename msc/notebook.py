@@ -6,15 +6,18 @@ cells with outputs, and one more, *injected*, that sets the parameters it was gi
 
 import json
 import re
+import textwrap
 from pathlib import Path
 from typing import Any
 
+from msc.files import replace_file
 from msc.schema import Parameter, declared
 
 Notebook = dict[str, Any]
 Cell = dict[str, Any]
 
 _CELL = {"cell_type", "metadata", "source"}  # what every cell has
+_LONGEST = 400  # that an error quotes of what a cell wrote
 
 
 def read_notebook(path: Path) -> Notebook:
@@ -60,11 +63,8 @@ def write_notebook(notebook: Notebook, path: Path) -> None:
     path : Path
         The file; its folder is created if missing.
     """
-    path.parent.mkdir(parents=True, exist_ok=True)
-    unfinished = path.with_suffix(".partial")
     text = json.dumps(notebook, indent=1, ensure_ascii=False)
-    unfinished.write_text(text + "\n", encoding="utf-8")
-    unfinished.replace(path)
+    replace_file(path, text + "\n")
 
 
 def code_cells(notebook: Notebook) -> list[Cell]:
@@ -233,10 +233,75 @@ def failure(run: Notebook) -> str:
     for number, cell in reversed([*enumerate(code_cells(run), start=1)]):
         for output in cell["outputs"]:
             if output["output_type"] == "error":
-                first_line = source(cell).strip().partition("\n")[0]
                 error = f"{output['ename']}: {output['evalue']}"
-                return f"code cell {number} ({first_line}): {error}"
+                return f"{_named(number, cell)}: {error}"
     return ""
+
+
+def complaints(run: Notebook) -> list[str]:
+    """Name the cells that wrote to stderr, and what.
+
+    Parameters
+    ----------
+    run : dict
+        A notebook with outputs.
+
+    Returns
+    -------
+    list of str
+        For each such cell its number among the code cells, its first line and what it
+        wrote, cut where that is long.
+    """
+    found = []
+    for number, cell in enumerate(code_cells(run), start=1):
+        streams = [out for out in cell["outputs"] if out.get("name") == "stderr"]
+        if text := "".join("".join(stream["text"]) for stream in streams):
+            short = textwrap.shorten(text, _LONGEST, placeholder=" …")
+            found.append(f"{_named(number, cell)} wrote to stderr: {short}")
+    return found
+
+
+def without_picture(run: Notebook) -> str:
+    """Name a cell that should have shown a picture.
+
+    Parameters
+    ----------
+    run : dict
+        A notebook with outputs.
+
+    Returns
+    -------
+    str
+        The number among the code cells, and the first line, of the first cell that has
+        alternative text but shows no picture; empty if there is none.
+    """
+    for number, cell in enumerate(code_cells(run), start=1):
+        shown = {kind for output in cell["outputs"] for kind in output.get("data", ())}
+        if alternative_text(cell) and "image/png" not in shown:
+            return _named(number, cell)
+    return ""
+
+
+def alternative_text(cell: Cell) -> str:
+    """Return what a cell's figure shows, in words.
+
+    Parameters
+    ----------
+    cell : dict
+        Any cell.
+
+    Returns
+    -------
+    str
+        Empty if the cell does not say.
+    """
+    text: str = cell["metadata"].get("mystnb", {}).get("image", {}).get("alt", "")
+    return text
+
+
+def _named(number: int, cell: Cell) -> str:
+    first_line = source(cell).strip().partition("\n")[0]
+    return f"code cell {number} ({first_line})"
 
 
 def _without_empty_headers(output: dict[str, Any]) -> dict[str, Any]:

@@ -53,7 +53,7 @@ def render(stage: Path) -> Path:
     ----------
     stage : Path
         The folder; its `book/` holds the pages, their configuration and table of
-        contents.
+        contents. The folder `cache` beside it holds the home of processes.
 
     Returns
     -------
@@ -75,7 +75,9 @@ def render(stage: Path) -> Path:
         shutil.rmtree(work, ignore_errors=True)
     arguments: list[str | Path] = ["build", stage / "book", "--path-output", stage]
     arguments += ["-W", "-n", "--keep-going", "--quiet"]
-    result = run_tool("jupyter_book.cli.main:main", arguments, PYTHONHASHSEED="0")
+    result = run_tool(
+        "jupyter_book.cli.main:main", arguments, cache=stage.with_name("cache")
+    )
     if result.returncode != 0 or not (html / "index.html").exists():
         shutil.rmtree(work, ignore_errors=True)
         said = re.sub(r"\x1b\[[0-9;]*m", "", result.stderr or result.stdout)

@@ -6,7 +6,10 @@ import os
 import re
 import shutil
 import sys
+import sysconfig
+import venv
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -15,9 +18,12 @@ from msc import record
 from msc.book import build_book, pages, substitutions
 from msc.chapters import BookError, run_chapters
 from msc.cli import main
+from msc.environment import environment
 from msc.figures import find_pictures, gallery_markdown
+from msc.files import locked
 from msc.notebook import (
     code_cells,
+    complaints,
     read_notebook,
     source,
     tags,
@@ -69,6 +75,8 @@ def make_book(root):
     shutil.copy(ROOT / "book" / "figures.md", root / "book")
     (root / "data" / "results").mkdir(parents=True)
     (root / "data" / "results" / "sums.json").write_text('{"a": {"b": 41.5}}')
+    home = Path(environment(ROOT / "_build" / "cache")["MPLCONFIGDIR"])
+    shutil.copytree(home, root / "_build" / "cache" / "home" / home.name)
     return root
 
 
@@ -224,6 +232,108 @@ def test_new_code_parameters_and_packages_execute_again(repository, monkeypatch)
     ]
 
 
+def set_by_readers(folder):
+    """Return an environment in which everything is set that might matter."""
+    nowhere = folder / "file"
+    nowhere.write_text("c.InlineBackend.figure_formats = {'jpeg'}\n")
+    ipython = folder / "ipython" / "profile_default"
+    (ipython / "startup").mkdir(parents=True)
+    (ipython / "startup" / "first.py").write_text("profile = 'theirs'; print('hi')")
+    shutil.copy(nowhere, ipython / "ipython_kernel_config.py")
+    rc = folder / "matplotlibrc"
+    rc.write_text("figure.facecolor: red\nbackend: pdf\nsavefig.dpi: 30\n")
+    return {
+        "HOME": str(nowhere),
+        "MPLBACKEND": "Agg",
+        "MPLCONFIGDIR": str(nowhere),
+        "MATPLOTLIBRC": str(rc),
+        "XDG_CACHE_HOME": str(nowhere),
+        "XDG_CONFIG_HOME": str(folder),
+        "IPYTHONDIR": str(folder / "ipython"),
+        "JUPYTER_CONFIG_DIR": str(folder),
+        "JUPYTER_RUNTIME_DIR": str(nowhere),
+        "PYTHONWARNINGS": "default",
+        "PYTHONOPTIMIZE": "1",
+        "PYTHONSTARTUP": str(nowhere),
+        "PYTHONPATH": str(folder),
+        "PYTHONUTF8": "0",
+        "LC_ALL": "C",
+        "TZ": "Asia/Kolkata",
+        "OMP_NUM_THREADS": "7",
+        "SOURCE_DATE_EPOCH": "1",
+        "FORCE_COLOR": "1",
+        "COLUMNS": "40",
+    }
+
+
+STATE = """import locale, os, time, warnings
+import numpy as np
+from threadpoolctl import threadpool_info
+def f(): assert False
+try:
+    f()
+except AssertionError:
+    print("asserts")
+print(time.tzname, locale.getencoding(), os.environ.get("COLUMNS"))
+print(max(one["num_threads"] for one in threadpool_info()))
+warnings.warn("not shown by default", ImportWarning)"""
+
+
+def test_a_run_is_the_same_whatever_a_reader_has_set(
+    repository, monkeypatch, tmp_path_factory
+):
+    path = repository / "book" / "one.ipynb"
+    write_notebook(chapter("# One", STATE, DRAW), path)
+    plain = run(repository)
+    for name, value in set_by_readers(tmp_path_factory.mktemp("theirs")).items():
+        monkeypatch.setenv(name, value)
+    said = []
+    run(repository, say=said.append)
+    assert not said  # nothing chosen has changed
+    again = repository / "_build" / "again"
+    there = run_chapters({path: {}}, root=repository, cache=again)[0]
+    assert there.notebook == plain.notebook
+    assert replace(there.record, seconds=0) == replace(plain.record, seconds=0)
+    assert "asserts" in text_of(plain.notebook)
+    assert len(find_pictures("one", plain.notebook)) == 1
+
+
+COMPLAINTS = {
+    "import sys\nprint('not', file=sys.stderr, flush=True)\nsys.stderr.write('good')": (
+        r"code cell 3 \(import sys\) wrote to stderr: not good"
+    ),
+    "import warnings\nwarnings.warn('odd')": r"code cell 4 .*UserWarning: odd .*",
+    "import logging\nlogging.warning('odd')": r"code cell 5 .*: WARNING:root:odd",
+    "import os\n_ = os.system('echo odd >&2')": r"code cell 6 .* stderr: odd",
+}
+
+
+def test_a_run_that_wrote_to_stderr_is_not_kept(repository):
+    path = repository / "book" / "one.ipynb"
+    write_notebook(chapter("# One", COUNT, *COMPLAINTS), path)
+    found = complaints(run(repository).notebook)
+    for said, wanted in zip(found, COMPLAINTS.values(), strict=True):
+        assert re.fullmatch(wanted, said)
+    lines = "\n".join(f"one, {wanted}" for wanted in COMPLAINTS.values())
+    with pytest.raises(BookError, match=f"^{lines}$"):
+        build_book(root=repository, profile="full")
+    assert times_run(repository) == 2
+    assert not list((repository / "_build" / "cache").glob("*.ipynb"))
+
+
+def test_a_figure_without_a_picture_is_named(repository):
+    path = repository / "book" / "one.ipynb"
+    lacking = chapter("# One", COUNT, f"import matplotlib as m\nm.use('agg')\n{DRAW}")
+    write_notebook(lacking, path)
+    run(repository)  # it has not said that there is a figure
+    lacking["cells"][-1]["metadata"] = {"mystnb": {"image": {"alt": "A circle."}}}
+    write_notebook(lacking, path)
+    message = r"one, code cell 3 \(import matplotlib.* alternative text, but no picture"
+    with pytest.raises(BookError, match=f"^{message}$"):
+        run(repository)
+    assert times_run(repository) == 1
+
+
 def test_a_file_that_was_missing_counts_when_it_is_there(repository):
     code = "try:\n    open('data/late.csv')\nexcept OSError:\n    print('none')"
     write_notebook(chapter("# One", code), repository / "book" / "one.ipynb")
@@ -333,7 +443,7 @@ def test_results_become_substitutions(repository):
 @pytest.fixture(scope="module")
 def built(tmp_path_factory):
     """Return the index page of the tiny book, built."""
-    root = make_book(tmp_path_factory.mktemp("a tiny book"))
+    root = make_book(tmp_path_factory.mktemp("a {tiny} {{ book }} 'of' $HOME [é]*"))
     return build_book(root=add_claims(root))
 
 
@@ -373,12 +483,31 @@ def test_book_needs_no_network(built):
                 assert (page.parent / address.partition("?")[0]).exists(), address
 
 
-def test_book_is_the_same_when_built_from_nothing_and_elsewhere(built, tmp_path):
+def another_python(folder):
+    """Lay out the packages of this environment, with the theme, at another path."""
+    venv.create(folder, symlinks=True)
+    [packages] = folder.glob("lib/*/site-packages")
+    for package in Path(sysconfig.get_path("purelib")).iterdir():
+        if package.name == "sphinx_book_theme":
+            shutil.copytree(package, packages / package.name)
+        else:
+            (packages / package.name).symlink_to(package)
+    return folder / "bin" / "python"
+
+
+def test_book_is_the_same_when_built_from_nothing_and_elsewhere(
+    built, tmp_path, monkeypatch, tmp_path_factory
+):
     warm, cold = built.parents[2], add_claims(make_book(tmp_path))
     for root in (warm, cold):  # the first has kept what it read of all other pages
         with (root / "book" / "index.md").open("a") as index:
             index.write("\nMore prose.\n")
-    pages = [build_book(root=root).parent for root in (warm, cold)]
+    pages = [build_book(root=warm).parent]
+    theirs = tmp_path_factory.mktemp("theirs")
+    for name, value in set_by_readers(theirs).items():
+        monkeypatch.setenv(name, value)
+    monkeypatch.setattr(sys, "executable", str(another_python(theirs / "python")))
+    pages.append(build_book(root=cold).parent)
     assert "More prose." in (pages[0] / "index.html").read_text()
     assert set(differences(*pages)) <= MAY_DIFFER
     assert (pages[1] / "downloads" / "one-1.svg").is_file()
@@ -438,6 +567,20 @@ def test_figures_are_found_in_order():
         ("c-1", 1, "T"),
         ("c-2", 3, "T"),
     ]
+
+
+def test_a_book_is_built_by_one_at_a_time(built):
+    root = built.parents[2]
+    before = contents(root)
+    shutil.copy(ROOT / "pyproject.toml", root)
+    for act in (lambda: build_book(root=root), lambda: release_book(root)):
+        with (
+            locked(root / "_build"),
+            pytest.raises(ValueError, match="_build is in use by another build; wait"),
+        ):
+            act()
+    (root / "pyproject.toml").unlink()
+    assert contents(root) == before
 
 
 def test_release_is_the_book_and_has_the_same_bytes_whenever_packed(built):

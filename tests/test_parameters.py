@@ -20,12 +20,14 @@ from msc import book
 from msc.chapters import BookError, Chapter, run_chapters, run_tool
 from msc.checks import WORDS, expect, unmet
 from msc.cli import main
+from msc.environment import environment
 from msc.notebook import code_cells, read_notebook, source, tags, write_notebook
 from msc.record import Record
 from msc.reference import parameters_markdown
 from msc.schema import Parameter, check, check_parameters, declared, resolve
 
 ROOT = Path(__file__).parents[1]
+CACHE = ROOT / "_build" / "cache"
 CELL = """\
 n = 24  # tasks (2 to 360)
 k = 4  # parts; None leaves it open (1 to 10, at most n, or None)
@@ -283,10 +285,10 @@ def test_papermill_reads_text_as_numbers_and_refuses_before_anything(chapter, tm
     file = tmp_path / "given.yaml"
     file.write_text("n: 1e2\nsize: 1e-1\nangle: 3601e-1\nk: None\n")
     assert isinstance(yaml.safe_load(file.read_text())["n"], str)
-    assert run_tool(papermill, [*run, "-f", file]).returncode == 0
+    assert run_tool(papermill, [*run, "-f", file], cache=CACHE).returncode == 0
     assert printed(tmp_path / "out.ipynb").startswith("100 None 0.1")
     (tmp_path / "ran").unlink()
-    refused = run_tool(papermill, [*run, "-p", "n", "3"])
+    refused = run_tool(papermill, [*run, "-p", "n", "3"], cache=CACHE)
     assert refused.returncode == 1
     assert refused.stderr.strip().endswith("ValueError: k=4, n=3; wanted k at most n")
     assert not (tmp_path / "ran").exists()
@@ -301,6 +303,20 @@ def test_the_command_line_reads_words_and_tells_what_does_not_hold(chapter, capf
     assert "n=100, k=None, angle=1e-05" in capfd.readouterr().out
     told = unmet(read_notebook(Path("out.ipynb")))
     assert told == f"code cell 3: {WORDS} - size is large"
+
+
+def test_the_command_line_delivers_a_run_with_a_warning_and_tells_it(chapter, capfd):
+    warn = "import warnings\nwarnings.warn(f'{n} is few')"
+    write_notebook(tiny("print(n)", warn, "print(n, k)"), chapter)
+    for _ in range(2):  # it is not kept
+        assert main(["run", str(chapter), "-p", "n", "9", "--out", "out.ipynb"]) == 0
+        assert printed(Path("out.ipynb")) == "9 4"
+        said = capfd.readouterr()
+        assert said.out.startswith("tiny: never executed with n=9\n")
+        told = (
+            r"tiny, code cell 4 \(import warnings\) wrote to stderr: .*: 9 is few.*\n"
+        )
+        assert re.fullmatch(told, said.err)
 
 
 # What is refused
@@ -430,8 +446,9 @@ def test_what_is_no_chapter_is_told_in_a_sentence(content, message, capfd):
 
 def test_a_refusal_takes_less_than_two_seconds_from_the_start(tmp_path):
     words = [ROOT / FIG8, "-p", "design", "gaussian", "--out", tmp_path / "out.ipynb"]
+    environment(CACHE)  # made once
     before = os.times()
-    refused = run_tool("msc.cli:main", ["run", *words])
+    refused = run_tool("msc.cli:main", ["run", *words], cache=CACHE)
     after = os.times()  # of the processor, however busy the machine is
     assert sum(after[2:4]) - sum(before[2:4]) < 2
     assert refused.stderr.startswith(
@@ -470,7 +487,7 @@ def test_a_book_is_not_built_on_claims_that_do_not_hold(chapter, tmp_path, monke
     run = read_notebook(chapter)
     data = {"text/plain": repr(expect({"two is odd": False})).splitlines(keepends=True)}
     run["cells"][2]["outputs"] = [{"output_type": "execute_result", "data": data}]
-    done = Chapter("tiny", run, Record("", {}, {}, 0.0), {})
+    done = Chapter("tiny", run, Record("", {}, {}, {}, 0.0), {})
     monkeypatch.setattr(book, "pages", lambda _: [])
     monkeypatch.setattr(book, "run_chapters", lambda *_, **__: [done])
     with pytest.raises(BookError, match=rf"^tiny, code cell 3: {WORDS} - two is odd$"):
