@@ -63,18 +63,21 @@ def make_book(root):
     """Lay out a repository with a book of an index page and one chapter."""
     shutil.copy(ROOT / "_config.yml", root)
     (root / "_toc.yml").write_text(
-        "format: jb-book\nroot: index\nchapters:\n- file: one\n- file: figures\n"
+        "format: jb-book\nroot: index\nchapters:\n- file: one\n- file: figures\n",
+        "utf-8",
     )
     (root / "book").mkdir()
     shutil.copytree(ROOT / "book" / "_static", root / "book" / "_static")
     shutil.copy(ROOT / "book" / "references.bib", root / "book")
-    (root / "book" / "index.md").write_text("# Tiny\n\n$x^2$ is {{ sums_a_b }}.\n")
+    (root / "book" / "index.md").write_text(
+        "# Tiny\n\n$x^2$ is {{ sums_a_b }}.\n", "utf-8"
+    )
     one = chapter("# One", COUNT, "print(profile, 2 * n)", DRAW)
     one["cells"][-1]["metadata"] = {"mystnb": {"image": {"alt": "A tiny circle."}}}
     write_notebook(one, root / "book" / "one.ipynb")
     shutil.copy(ROOT / "book" / "figures.md", root / "book")
     (root / "data" / "results").mkdir(parents=True)
-    (root / "data" / "results" / "sums.json").write_text('{"a": {"b": 41.5}}')
+    (root / "data" / "results" / "sums.json").write_text('{"a": {"b": 41.5}}', "utf-8")
     home = Path(environment(ROOT / "_build" / "cache")["MPLCONFIGDIR"])
     shutil.copytree(home, root / "_build" / "cache" / "home" / home.name)
     return root
@@ -99,15 +102,17 @@ def add_claims(root):
     """Add a claim, what was measured of it, and a page of its readings."""
     jump = {"between_deg": [359, 360], "is_jump": True}
     results = root / "data" / "results"
-    (results / "audit.json").write_text(json.dumps({"jumps": [jump]}))
-    (results / "claims.json").write_text("{}")
-    (root / "book" / "claims.yml").write_text(CLAIM)
+    (results / "audit.json").write_text(json.dumps({"jumps": [jump]}), "utf-8")
+    (results / "claims.json").write_text("{}", "utf-8")
+    (root / "book" / "claims.yml").write_text(CLAIM, "utf-8")
     include = "\n```{{include}} {}\n```\n"
     page = "# Claims\n\n## Readings\n" + include.format("claims_readings.md")
-    (root / "book" / "claims.md").write_text(page + "\n```{bibliography}\n```\n")
-    with (root / "book" / "index.md").open("a") as index:
+    (root / "book" / "claims.md").write_text(
+        page + "\n```{bibliography}\n```\n", "utf-8"
+    )
+    with (root / "book" / "index.md").open("a", encoding="utf-8") as index:
         index.write(include.format("claims_table.md"))
-    with (root / "_toc.yml").open("a") as toc:
+    with (root / "_toc.yml").open("a", encoding="utf-8") as toc:
         toc.write("- file: claims\n")
     return root
 
@@ -131,7 +136,7 @@ def text_of(notebook):
 
 
 def times_run(root):
-    return len((root / "ran.txt").read_text())
+    return len((root / "ran.txt").read_text("utf-8"))
 
 
 def test_chapter_gets_its_parameters(repository):
@@ -167,11 +172,11 @@ Path("new.txt").read_text()
 def reading(repository):
     """Return a repository whose chapter reads modules and tables."""
     late = "import lately\ndef late():\n    import latest\n    return latest.VALUE"
-    (repository / "early.py").write_text(late)
+    (repository / "early.py").write_text(late, "utf-8")
     for name in ("lately", "latest", "never"):
-        (repository / f"{name}.py").write_text("VALUE = 1")
+        (repository / f"{name}.py").write_text("VALUE = 1", "utf-8")
     for name in ("t.csv", "u.csv"):
-        (repository / "data" / name).write_text("old")
+        (repository / "data" / name).write_text("old", "utf-8")
     path = repository / "book" / "one.ipynb"
     write_notebook(chapter("# One", COUNT, READS), path)
     return repository
@@ -192,7 +197,7 @@ def test_a_run_knows_exactly_what_it_read(reading):
 @pytest.mark.parametrize("name", ["data/t.csv", "early.py", "lately.py", "latest.py"])
 def test_what_a_chapter_read_executes_it_again_and_is_named(reading, name):
     run(reading)
-    with (reading / name).open("a") as file:
+    with (reading / name).open("a", encoding="utf-8") as file:
         file.write("# new")
     said = []
     run(reading, say=said.append)
@@ -206,7 +211,7 @@ def test_what_a_chapter_did_not_read_executes_nothing(reading):
     run(reading)
     for name in ("never.py", "data/u.csv", "requirements.txt", "new.txt", "msc/a.py"):
         (reading / name).parent.mkdir(exist_ok=True)
-        (reading / name).write_text("new")
+        (reading / name).write_text("new", "utf-8")
     run(reading)
     assert times_run(reading) == 1
 
@@ -235,13 +240,15 @@ def test_new_code_parameters_and_packages_execute_again(repository, monkeypatch)
 def set_by_readers(folder):
     """Return an environment in which everything is set that might matter."""
     nowhere = folder / "file"
-    nowhere.write_text("c.InlineBackend.figure_formats = {'jpeg'}\n")
+    nowhere.write_text("c.InlineBackend.figure_formats = {'jpeg'}\n", "utf-8")
     ipython = folder / "ipython" / "profile_default"
     (ipython / "startup").mkdir(parents=True)
-    (ipython / "startup" / "first.py").write_text("profile = 'theirs'; print('hi')")
+    (ipython / "startup" / "first.py").write_text(
+        "profile = 'theirs'; print('hi')", "utf-8"
+    )
     shutil.copy(nowhere, ipython / "ipython_kernel_config.py")
     rc = folder / "matplotlibrc"
-    rc.write_text("figure.facecolor: red\nbackend: pdf\nsavefig.dpi: 30\n")
+    rc.write_text("figure.facecolor: red\nbackend: pdf\nsavefig.dpi: 30\n", "utf-8")
     return {
         "HOME": str(nowhere),
         "MPLBACKEND": "Agg",
@@ -338,7 +345,7 @@ def test_a_file_that_was_missing_counts_when_it_is_there(repository):
     code = "try:\n    open('data/late.csv')\nexcept OSError:\n    print('none')"
     write_notebook(chapter("# One", code), repository / "book" / "one.ipynb")
     run(repository)
-    (repository / "data" / "late.csv").write_text("x")
+    (repository / "data" / "late.csv").write_text("x", "utf-8")
     said = []
     run(repository, say=said.append)
     assert said == ["one: data/late.csv changed"]
@@ -383,7 +390,7 @@ def test_kernel_is_of_this_interpreter(repository, monkeypatch, tmp_path_factory
     elsewhere = tmp_path_factory.mktemp("jupyter") / "kernels" / "python3"
     elsewhere.mkdir(parents=True)
     spec = {"argv": ["false"], "display_name": "Another", "language": "python"}
-    (elsewhere / "kernel.json").write_text(json.dumps(spec))
+    (elsewhere / "kernel.json").write_text(json.dumps(spec), "utf-8")
     monkeypatch.setenv("JUPYTER_PATH", str(elsewhere.parents[1]))
     path = repository / "book" / "one.ipynb"
     write_notebook(chapter("# One", "import sys; print(sys.executable)"), path)
@@ -430,7 +437,7 @@ def test_results_become_substitutions(repository):
     file = repository / "data" / "results" / "fig-3.json"
     many = list(range(11))
     results = {"mse": [1, {"low.5": 0.5}], "holds": True, "many": many, "a, b": "c"}
-    file.write_text(json.dumps(results))
+    file.write_text(json.dumps(results), "utf-8")
     assert substitutions(repository) == {
         "fig_3_a__b": "c",
         "fig_3_mse_0": 1,
@@ -453,8 +460,8 @@ def contents(folder):
 
 
 def test_book_is_complete(built):
-    index = built.read_text()
-    page = (built.parent / "one.html").read_text()
+    index = built.read_text("utf-8")
+    page = (built.parent / "one.html").read_text("utf-8")
     assert "is 41.5." in index
     assert "quick 6" in page
     assert "# Parameters" not in page  # what papermill writes above injected values
@@ -462,7 +469,7 @@ def test_book_is_complete(built):
 
 def test_book_opens_with_the_verdicts_and_shows_their_readings(built):
     index, page = (
-        re.sub(r"\s+", " ", (built.parent / name).read_text())
+        re.sub(r"\s+", " ", (built.parent / name).read_text("utf-8"))
         for name in ("index.html", "claims.html")
     )
     claim = '<span class="doc std std-doc">The manifold has no jumps.'
@@ -477,7 +484,7 @@ def test_book_opens_with_the_verdicts_and_shows_their_readings(built):
 def test_book_needs_no_network(built):
     loaded = r"""<(?:script|link|img|iframe)\b[^>]*?\b(?:src|href)=["']([^"']+)"""
     for page in built.parent.glob("*.html"):
-        for address in re.findall(loaded, page.read_text()):
+        for address in re.findall(loaded, page.read_text("utf-8")):
             assert not re.match("(https?:)?//", address), f"{page.name}: {address}"
             if not address.startswith(("#", "data:")):
                 assert (page.parent / address.partition("?")[0]).exists(), address
@@ -500,7 +507,7 @@ def test_book_is_the_same_when_built_from_nothing_and_elsewhere(
 ):
     warm, cold = built.parents[2], add_claims(make_book(tmp_path))
     for root in (warm, cold):  # the first has kept what it read of all other pages
-        with (root / "book" / "index.md").open("a") as index:
+        with (root / "book" / "index.md").open("a", encoding="utf-8") as index:
             index.write("\nMore prose.\n")
     pages = [build_book(root=warm).parent]
     theirs = tmp_path_factory.mktemp("theirs")
@@ -508,7 +515,7 @@ def test_book_is_the_same_when_built_from_nothing_and_elsewhere(
         monkeypatch.setenv(name, value)
     monkeypatch.setattr(sys, "executable", str(another_python(theirs / "python")))
     pages.append(build_book(root=cold).parent)
-    assert "More prose." in (pages[0] / "index.html").read_text()
+    assert "More prose." in (pages[0] / "index.html").read_text("utf-8")
     assert set(differences(*pages)) <= MAY_DIFFER
     assert (pages[1] / "downloads" / "one-1.svg").is_file()
 
@@ -517,13 +524,13 @@ def test_differences_are_found(tmp_path):
     for name, files in {"a": {"x": "1", "y": "2"}, "b": {"x": "1", "y": "3"}}.items():
         (tmp_path / name / "deep").mkdir(parents=True)
         for file, text in files.items():
-            (tmp_path / name / "deep" / file).write_text(text)
-    (tmp_path / "b" / "z").write_text("")
+            (tmp_path / name / "deep" / file).write_text(text, "utf-8")
+    (tmp_path / "b" / "z").write_text("", "utf-8")
     assert differences(tmp_path / "a", tmp_path / "b") == ["deep/y", "z"]
 
 
 def test_every_figure_says_what_made_it_and_how_to_make_it_again(built):
-    page = (built.parent / "one.html").read_text()
+    page = (built.parent / "one.html").read_text("utf-8")
     [block] = re.findall(r'<details class="msc-provenance">.*?</details>', page, re.S)
     text = html.unescape(re.sub(r"<[^>]+>", "", block))
     assert "book/one.ipynb, profile = 'quick', n = 3" in text
@@ -532,7 +539,7 @@ def test_every_figure_says_what_made_it_and_how_to_make_it_again(built):
     assert "msc run book/one.ipynb -p profile quick --out one.ipynb" in text
     for address in re.findall('href="([^"]+)"', block):
         assert (built.parent / address).is_file(), address
-    seconds = (built.parent / "_static" / "seconds.js").read_text()
+    seconds = (built.parent / "_static" / "seconds.js").read_text("utf-8")
     assert re.search(r'"one": \d+\.\d', seconds)
     assert page.index("data-seconds") < page.index("</details>")
 
@@ -546,7 +553,7 @@ def test_notebooks_are_there_with_and_without_outputs(built):
 
 
 def test_gallery_shows_every_figure_and_leads_to_its_chapter(built):
-    page = (built.parent / "figures.html").read_text()
+    page = (built.parent / "figures.html").read_text("utf-8")
     [image] = re.findall(r'<img[^>]*one-1\.png"[^>]*>', page)
     assert 'alt="A tiny circle."' in image
     assert 'href="one.html"' in page[page.index(image) - 500 :]
@@ -618,8 +625,8 @@ def test_on_paper_links_lead_within_the_document_and_sliders_are_pictures(tmp_pa
         '<a href="downloads/f.svg">file</a> <details><p>open</p></details>'
         '<img src="_images/film.gif"><script>live()</script>'
     )
-    (tmp_path / "one.html").write_text(head + page.format("One", one))
-    (tmp_path / "two.html").write_text(head + page.format("Two", ""))
+    (tmp_path / "one.html").write_text(head + page.format("One", one), "utf-8")
+    (tmp_path / "two.html").write_text(head + page.format("Two", ""), "utf-8")
     toc = {"root": "one", "parts": [{"caption": "P", "chapters": [{"file": "two"}]}]}
     text = one_page(tmp_path, toc, "Title & all", "us")
     assert set(re.findall('<a[^>]*href="([^"]*)"', text)) == {
@@ -668,10 +675,10 @@ def test_warning_stops_the_build_and_keeps_the_earlier_book(built):
     root = built.parents[2]
     before = contents(built.parent)
     page = root / "book" / "index.md"
-    text = page.read_text()
-    page.write_text(text + "See {doc}`nowhere`.\n")
+    text = page.read_text("utf-8")
+    page.write_text(text + "See {doc}`nowhere`.\n", "utf-8")
     for _ in range(2):  # the page is not forgotten
         with pytest.raises(BookError, match=r"book/index\.md.*WARNING.*nowhere"):
             build_book(root=root)
-    page.write_text(text)
+    page.write_text(text, "utf-8")
     assert contents(built.parent) == before

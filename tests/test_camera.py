@@ -176,7 +176,7 @@ def test_a_film_that_fails_leaves_the_earlier_one(tmp_path, monkeypatch):
     path = tmp_path / "arm.mp4"
     path.write_bytes(b"earlier")
     broken = tmp_path / "broken"
-    broken.write_text(BROKEN)
+    broken.write_text(BROKEN, "utf-8")
     broken.chmod(0o755)
     monkeypatch.setattr(msc.camera, "get_ffmpeg_exe", lambda: str(broken))
     with pytest.raises(OSError, match="no film was written: no room"):

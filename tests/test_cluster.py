@@ -57,7 +57,7 @@ def process(folder, program, *arguments):
     """Run a program of Dask's in the background, its messages in a file."""
     package = str(Path(msc.cmaes.__file__).parents[1])
     environment = {"PYTHONPATH": package, "OMP_NUM_THREADS": "1"}
-    with (folder / f"{program}.log").open("a") as log:
+    with (folder / f"{program}.log").open("a", encoding="utf-8") as log:
         running = subprocess.Popen(
             [sys.executable, "-m", f"distributed.cli.{program}", *arguments],
             cwd=folder,
@@ -80,16 +80,18 @@ def scheduler(folder):
     options = ["--host", "127.0.0.1", "--port", "0", "--scheduler-file", str(file)]
     options += ["--dashboard-address", "127.0.0.1:0", "--no-dashboard", "--no-jupyter"]
     with process(folder, "dask_scheduler", *options) as running:
-        while not (file.is_file() and file.read_text().endswith("}")):
-            assert running.poll() is None, (folder / "dask_scheduler.log").read_text()
+        while not (file.is_file() and file.read_text("utf-8").endswith("}")):
+            assert running.poll() is None, (folder / "dask_scheduler.log").read_text(
+                "utf-8"
+            )
             time.sleep(0.05)
-        yield json.loads(file.read_text())["address"]
+        yield json.loads(file.read_text("utf-8"))["address"]
 
 
 def worker(folder, address, preload):
     """Start a worker of one thread."""
     file = folder / "preload.py"
-    file.write_text(preload)
+    file.write_text(preload, "utf-8")
     options = ["--host", "127.0.0.1", "--nthreads", "1", "--no-nanny", "--no-dashboard"]
     options += ["--preload", str(file), "--local-directory", str(folder)]
     options += ["--death-timeout", "60"]

@@ -102,13 +102,15 @@ def test_every_machine_has_the_same_python():
 
 def test_binder_installs_the_lock_and_nothing_else():
     requirements = ROOT / ".binder" / "requirements.txt"
-    lines = [line for line in requirements.read_text().splitlines() if line[0] != "#"]
+    lines = [
+        line for line in requirements.read_text("utf-8").splitlines() if line[0] != "#"
+    ]
     [(flag, name)] = [line.split() for line in lines]
     assert flag == "-r"
     assert (requirements.parent / name).resolve() == ROOT / "requirements.txt"
     script = requirements.with_name("postBuild")
     assert os.access(script, os.X_OK)
-    installs = re.findall(r"pip install (.+)", script.read_text())
+    installs = re.findall(r"pip install (.+)", script.read_text("utf-8"))
     assert installs == ["--no-deps --editable ."]
 
 
@@ -168,13 +170,13 @@ def test_hooks_keep_outputs_and_bad_style_out_of_commits(clone, tmp_path):
     home = {"PRE_COMMIT_HOME": str(tmp_path / "pre-commit")}
     printed = {"output_type": "stream", "name": "stdout", "text": "forty-two\n"}
     path = clone / "book" / "one.ipynb"
-    path.write_text(json.dumps(notebook("6 * 7", printed), indent=1) + "\n")
+    path.write_text(json.dumps(notebook("6 * 7", printed), indent=1) + "\n", "utf-8")
     os.utime(path, (0, 0))  # older than the index: git strips it only once
     run("git", "add", "book", folder=clone)
     staged = run("git", "show", ":book/one.ipynb", folder=clone).stdout
     assert "6 * 7" in staged
     assert "forty-two" not in staged
-    (clone / "bad.py").write_text("seven = six + one\n")
+    (clone / "bad.py").write_text("seven = six + one\n", "utf-8")
     run("git", "add", "bad.py", folder=clone)
     done = run("git", "commit", "-m", "Bad style", folder=clone, **home)
     assert done.returncode != 0
@@ -229,7 +231,9 @@ def test_after_the_hooks_a_chapter_run_in_lab_is_unchanged(clone):
         told = run("git", "diff", *options, folder=clone)
         assert (told.returncode, told.stdout, told.stderr) == (0, "", "")
     path = clone / "book" / chapters[0].name
-    path.write_text(path.read_text().replace("import", "import os, ", 1))
+    path.write_text(
+        path.read_text("utf-8").replace("import", "import os, ", 1), "utf-8"
+    )
     assert "import os" in run("git", "diff", folder=clone).stdout
 
 
@@ -243,7 +247,7 @@ def lab(clone, tmp_path):
     other = tmp_path / "other" / "kernels" / "python3"  # as a user may have
     other.mkdir(parents=True)
     spec = {"argv": ["false"], "display_name": "Another", "language": "python"}
-    (other / "kernel.json").write_text(json.dumps(spec))
+    (other / "kernel.json").write_text(json.dumps(spec), "utf-8")
     mine = os.environ | {"HOME": str(tmp_path), "JUPYTER_PATH": str(tmp_path / "other")}
     server = subprocess.Popen(
         ["make", "lab", f"LAB={options}"],

@@ -113,7 +113,7 @@ def test_a_process_is_the_same_whatever_is_set_and_says_nothing(cache, monkeypat
     assert plain["encoding"] == ["UTF-8", "utf-8", 1]
     assert set(plain["threads"]) == {1}
     settings_file = cache / "mine"
-    settings_file.write_text("figure.figsize: 1, 1\nbackend: pdf\n")
+    settings_file.write_text("figure.figsize: 1, 1\nbackend: pdf\n", "utf-8")
     theirs = {
         "MPLBACKEND": "nonsense",
         "MATPLOTLIBRC": str(settings_file),

@@ -59,7 +59,7 @@ def make_odd(root):
     """Make a book whose words are markup, or would break some."""
     add_claims(make_book(root))
     book = root / "book"
-    with (root / "_toc.yml").open("a") as toc:
+    with (root / "_toc.yml").open("a", encoding="utf-8") as toc:
         toc.writelines(
             f"- file: {name}\n"
             for name in ("parameters", "changelog", "equations", "tests")
@@ -79,30 +79,34 @@ def make_odd(root):
         "tests": "tests_sources.md",
     }.items():
         page = f"# {name}\n\n" if name != "changelog" else ""
-        (book / f"{name}.md").write_text(f"{page}```{{include}} {file}\n```\n")
-    (root / "CHANGELOG.md").write_text(f"# Changes\n\n- {EVIL}\n\n{EVIL}\n")
-    (book / "equations.md").write_text("# Equations\n\n[it](test_odd.test_odd)\n")
+        (book / f"{name}.md").write_text(f"{page}```{{include}} {file}\n```\n", "utf-8")
+    (root / "CHANGELOG.md").write_text(f"# Changes\n\n- {EVIL}\n\n{EVIL}\n", "utf-8")
+    (book / "equations.md").write_text(
+        "# Equations\n\n[it](test_odd.test_odd)\n", "utf-8"
+    )
     (root / "tests").mkdir()
     test = f"def test_odd():\n    r'''\n```\n{EVIL}'''\n"
-    (root / "tests" / "test_odd.py").write_text(test)
+    (root / "tests" / "test_odd.py").write_text(test, "utf-8")
     [claim] = yaml.safe_load(CLAIM)
     claim |= {"claim": ODD, "section": ODD, "margin": ODD, "quote": f"1. {EVIL} | *x*"}
     claim["why"] += EVIL.replace("1", "")
     claim["readings"]["the circle cut open"]["by_construction"] = ODD
     claim["readings"][f"{EVIL} | *x*"] = {"cannot_be_tested": ODD}
-    (book / "claims.yml").write_text(yaml.safe_dump([claim]))
+    (book / "claims.yml").write_text(yaml.safe_dump([claim]), "utf-8")
     results = root / "data" / "results"
-    (results / "sums.json").write_text(json.dumps({"a": {"b": ODD}}))
+    (results / "sums.json").write_text(json.dumps({"a": {"b": ODD}}), "utf-8")
     return root
 
 
 def test_in_a_whole_book_words_are_never_markup(tmp_path):
     pages = build_book(root=make_odd(tmp_path)).parent
-    toc = yaml.safe_load((tmp_path / "_toc.yml").read_text())
+    toc = yaml.safe_load((tmp_path / "_toc.yml").read_text("utf-8"))
     shutil.copytree(pages, tmp_path / "seen")
-    (tmp_path / "seen" / "paper.html").write_text(one_page(pages, toc, EVIL, EVIL))
+    (tmp_path / "seen" / "paper.html").write_text(
+        one_page(pages, toc, EVIL, EVIL), "utf-8"
+    )
     seen = {
-        page.stem: Elements(page.read_text())
+        page.stem: Elements(page.read_text("utf-8"))
         for page in (tmp_path / "seen").glob("*.html")
     }
     for name, page in seen.items():
@@ -124,7 +128,7 @@ def test_in_a_whole_book_words_are_never_markup(tmp_path):
     assert words["changelog"].count(f"{EVIL} {EVIL}") == 1
     for name in ("one", "figures", "paper"):
         assert ODD in seen[name].values("alt"), name
-    index = (pages / "searchindex.js").read_text()
+    index = (pages / "searchindex.js").read_text("utf-8")
     titles = json.loads(index.removeprefix("Search.setIndex(").removesuffix(")"))
     assert (
         f"Part {EVIL}".replace("<", "&lt;").replace(">", "&gt;") in titles["alltitles"]
@@ -182,6 +186,6 @@ def test_a_scrubber_s_words_end_no_script(text):
 def test_a_claim_s_name_is_a_word(tmp_path, name):
     [claim] = yaml.safe_load(CLAIM)
     path = tmp_path / "claims.yml"
-    path.write_text(yaml.safe_dump([claim | {"id": name}]))
+    path.write_text(yaml.safe_dump([claim | {"id": name}]), "utf-8")
     with pytest.raises(ValueError, match=r"id: (missing|.*wanted letters, digits and)"):
         load_claims(path)

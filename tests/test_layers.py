@@ -178,7 +178,11 @@ def test_pybullet_and_cma_have_one_module_each(name):
 
 @pytest.mark.parametrize(
     "path",
-    [*PACKAGE.glob("*.py"), *PACKAGE.parent.glob("benchmarks/*.py")],
+    [
+        path
+        for folder in ("msc", "benchmarks", "tests")
+        for path in (PACKAGE.parent / folder).rglob("*.py")
+    ],
     ids=lambda path: path.stem,
 )
 def test_text_is_read_and_written_in_an_encoding_that_is_named(path):

@@ -283,8 +283,8 @@ def test_papermill_reads_text_as_numbers_and_refuses_before_anything(chapter, tm
     papermill = "papermill.cli:papermill"
     run = [chapter, "out.ipynb", "--no-progress-bar"]
     file = tmp_path / "given.yaml"
-    file.write_text("n: 1e2\nsize: 1e-1\nangle: 3601e-1\nk: None\n")
-    assert isinstance(yaml.safe_load(file.read_text())["n"], str)
+    file.write_text("n: 1e2\nsize: 1e-1\nangle: 3601e-1\nk: None\n", "utf-8")
+    assert isinstance(yaml.safe_load(file.read_text("utf-8"))["n"], str)
     assert run_tool(papermill, [*run, "-f", file], cache=CACHE).returncode == 0
     assert printed(tmp_path / "out.ipynb").startswith("100 None 0.1")
     (tmp_path / "ran").unlink()
@@ -398,7 +398,7 @@ def test_the_illegal_is_refused_in_a_sentence_before_anything(
     path, words, message, here, capfd
 ):
     out = Path("out.ipynb")
-    out.write_text("mine")
+    out.write_text("mine", "utf-8")
     start = time.process_time()
     command = ["run", str(ROOT / path), "-p", *words, "--out", "out.ipynb"]
     assert main(command) == 2
@@ -409,7 +409,7 @@ def test_the_illegal_is_refused_in_a_sentence_before_anything(
     assert said.err.count("\n") == 1
     assert said.out == ""
     assert list(here.iterdir()) == [here / "out.ipynb"]
-    assert out.read_text() == "mine"
+    assert out.read_text("utf-8") == "mine"
 
 
 @pytest.mark.parametrize(

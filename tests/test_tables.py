@@ -35,7 +35,7 @@ def path(tmp_path):
 
 
 def package(path):
-    return json.loads(path.with_name("datapackage.json").read_text())
+    return json.loads(path.with_name("datapackage.json").read_text("utf-8"))
 
 
 def rewrite(path, table):
@@ -70,7 +70,9 @@ def test_a_margin_may_be_empty(path, margin):
     table = load_dataset(path)[2]
     np.testing.assert_array_equal(table["margin"], margin)
     place = list(COLUMNS).index("margin")
-    for line, value in zip(path.read_text().splitlines()[1:], margin, strict=True):
+    for line, value in zip(
+        path.read_text("utf-8").splitlines()[1:], margin, strict=True
+    ):
         assert line.split(",")[place] == ("" if np.isnan(value) else str(value))
 
 
@@ -196,7 +198,7 @@ def test_a_table_without_a_package_is_taken_as_it_is(path, tmp_path):
 @pytest.mark.parametrize("content", ["", ",".join(COLUMNS) + "\n"])
 def test_an_empty_table_is_named(path, content):
     path.with_name("datapackage.json").unlink()
-    path.write_text(content)
+    path.write_text(content, "utf-8")
     with pytest.raises(ValueError, match=r"free\.csv: "):
         load_dataset(path)
 
@@ -250,7 +252,7 @@ def test_a_package_that_lacks_a_key_is_no_package_of_the_table(key, path):
     described = package(path)
     described["resources"][0]["hash"] = "none"
     del described["resources"][0][key]
-    path.with_name("datapackage.json").write_text(json.dumps(described))
+    path.with_name("datapackage.json").write_text(json.dumps(described), "utf-8")
     with pytest.raises(ValueError, match=r"free\.csv: checksum .* differs"):
         load_dataset(path)
 
@@ -298,7 +300,7 @@ def test_a_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
     monkeypatch.setattr(msc.files.os, "fsync", fail)
     with pytest.raises(OSError, match="disk full"):
         replace_file(file, "new")
-    assert file.read_text() == "old"
+    assert file.read_text("utf-8") == "old"
     assert [one.name for one in file.parent.iterdir()] == ["file.txt"]
 
 
