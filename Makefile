@@ -16,11 +16,18 @@ BIN := $(VENV)/bin/python
 STAMP := $(VENV)/installed
 INDEX := _build/html/index.html
 ONE_THREAD := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1# a process: there are JOBS of them
-NOTEBOOKS := $(wildcard book/*.ipynb)
 
-python_version = $(or $(shell "$(PYTHON)" -c 'import sys; print("%d.%d" % sys.version_info[:2])' 2>/dev/null),missing)
+# What JupyterLab writes into a notebook that is run and saved, besides its outputs.
+LAB_KEYS := $(addprefix metadata.language_info.,codemirror_mode file_extension mimetype \
+	nbconvert_exporter pygments_lexer version) $(addprefix metadata.,toc toc-autonumbering \
+	toc-showcode toc-showmarkdowntxt toc-showtags vscode) $(addprefix cell.metadata., \
+	editable jupyter slideshow trusted vscode)
 
-.PHONY: help env book release pdf twice test test-browser lint serve lab hooks data results bench lock clean
+quoted = '$(subst ','\'',$1)'# a path in a command, whatever it holds
+
+python_version = $(or $(shell $(call quoted,$(PYTHON)) -c 'import sys; print("%d.%d" % sys.version_info[:2])' 2>/dev/null),missing)
+
+.PHONY: help env book release pdf twice test test-browser test-slow lint serve lab hooks data results bench lock clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' Makefile
@@ -39,20 +46,24 @@ pdf: book ## print the book as one PDF; needs Chromium
 twice: $(STAMP) ## build the book again elsewhere and compare all bytes
 	@$(BIN) -m msc twice --profile $(PROFILE) --jobs $(JOBS)
 
-test: $(STAMP) ## run all tests but those in a browser
+test: $(STAMP) ## run all tests but those in a browser and the slow ones
 	@$(ONE_THREAD) $(BIN) -m pytest --numprocesses $(JOBS) --dist loadfile
 	@echo "$(if $(CHROMIUM),Not run here:,There is no chromium on the PATH; left out:) \
 	the tests of the built book in a browser (make book test-browser)."
 
 test-browser: $(STAMP) ## look at the built book in Chromium: every page, slider, link
-	@CHROMIUM="$(CHROMIUM)" $(BIN) -m pytest --numprocesses $(JOBS) tests/browser
+	@CHROMIUM=$(call quoted,$(CHROMIUM)) $(BIN) -m pytest --numprocesses $(JOBS) tests/browser
+
+test-slow: $(STAMP) ## run the chapters with a hundred legal settings of parameters
+	@$(ONE_THREAD) $(BIN) -m pytest --numprocesses $(JOBS) tests/slow
 
 lint: $(STAMP) ## check style, types, docstrings, and that notebooks carry no outputs
 	@$(BIN) -m ruff check
 	@$(BIN) -m ruff format --check
 	@$(BIN) -m mypy
 	@$(BIN) -m numpydoc lint msc/*.py
-	@$(if $(NOTEBOOKS),$(BIN) -m nbstripout --verify $(NOTEBOOKS))
+	@find book -maxdepth 1 -name '*.ipynb' \
+		-exec $(BIN) -m nbstripout --verify --extra-keys '$(LAB_KEYS)' {} +
 
 serve: $(STAMP) ## show the built book on localhost (PORT=8000)
 	@test -f $(INDEX) || $(MAKE) --no-print-directory book
@@ -61,11 +72,12 @@ serve: $(STAMP) ## show the built book on localhost (PORT=8000)
 
 lab: $(STAMP) ## open the repository in JupyterLab (LAB=--no-browser)
 	@JUPYTER_PATH= JUPYTER_PREFER_ENV_PATH=1 $(BIN) -m jupyterlab \
-		--ServerApp.root_dir="$(CURDIR)" --LabApp.default_url=/lab/tree/book $(LAB)
+		--ServerApp.root_dir=$(call quoted,$(CURDIR)) --LabApp.default_url=/lab/tree/book $(LAB)
 
 hooks: $(STAMP) ## check every commit of this clone, and keep outputs out of notebooks
 	@$(BIN) -m pre_commit install
-	@$(BIN) -m nbstripout --install
+	@$(BIN) -m nbstripout --install --python $(BIN)
+	@git config filter.nbstripout.extrakeys '$(LAB_KEYS)'
 
 data: $(STAMP) ## search every policy in data/ again, resuming where it stopped
 	$(BIN) -m msc survey cut --jobs $(JOBS) --out data/results/cut.json
@@ -103,7 +115,7 @@ $(STAMP): requirements.txt
 		that PyBullet supports, but $(PYTHON) is $(python_version): install it, or \
 		name it with make PYTHON=/path/to/python3.11))
 	@echo "Making $(VENV) from requirements.txt (a few minutes, once)"
-	@"$(PYTHON)" -m venv --clear $(VENV)
+	@$(call quoted,$(PYTHON)) -m venv --clear $(VENV)
 	@total=$$(grep -c '^[^ #]' requirements.txt); n=0; \
 	{ PYTHONUNBUFFERED=1 $(BIN) -m pip install -r requirements.txt 2>&1; } \
 	| tee $(VENV)/pip.log | while read -r word rest; do case $$word in \

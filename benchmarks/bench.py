@@ -121,7 +121,7 @@ def measure(effort: Effort) -> dict[str, Any]:
 def machine() -> dict[str, Any]:
     """Say on what and with what was measured."""
     cpuinfo = Path("/proc/cpuinfo")
-    lines = cpuinfo.read_text().splitlines() if cpuinfo.is_file() else []
+    lines = cpuinfo.read_text("utf-8").splitlines() if cpuinfo.is_file() else []
     models = [line.partition(": ")[2] for line in lines if "model name" in line]
     versions = {name: version(name) for name in PACKAGES}
     return {

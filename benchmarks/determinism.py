@@ -71,7 +71,7 @@ def main() -> None:
     found = {**differences, "policy_norm": scale}
     folder = Path(__file__).parents[1] / "data" / "results"
     text = json.dumps(found, indent=2) + "\n"
-    (folder / "determinism.json").write_text(text)
+    (folder / "determinism.json").write_text(text, "utf-8")
     print(text, end="")
 
 

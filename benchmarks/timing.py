@@ -47,7 +47,7 @@ def peak_mb() -> float:
     """
     status = Path("/proc/self/status")
     if status.exists():
-        (line,) = re.findall(r"VmHWM:\s+(\d+) kB", status.read_text())
+        (line,) = re.findall(r"VmHWM:\s+(\d+) kB", status.read_text("utf-8"))
         return int(line) * 1024 / 1e6
     unit = 1 if sys.platform == "darwin" else 1024  # of bytes
     return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * unit / 1e6

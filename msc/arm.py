@@ -13,6 +13,7 @@ from typing import NoReturn
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from msc.arrays import to_floats
 from msc.bullet import World
 from msc.control import TIME_STEP, Controller
 from msc.dmp import DMP, check_policies
@@ -194,7 +195,7 @@ class Arm:
             a rollout.
         """
         checked = np.atleast_2d(check_policies(policies, self.dmp.n_params))
-        angles = np.asarray(task_deg, dtype=float)
+        angles = to_floats("task_deg", task_deg)
         if angles.ndim and angles.shape != (len(checked),):
             raise ValueError(
                 f"task_deg has shape {angles.shape}; wanted one angle or "

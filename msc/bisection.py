@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from msc.arrays import to_floats
 from msc.jumps import find_jumps
 from msc.parallel import call_in_order
 from msc.search import search_policy
@@ -48,8 +49,8 @@ def bisect_jumps(
     list of dict
         For each step that `find_jumps` points to on the closed circle, see `bisect`.
     """
-    tasks = np.asarray(tasks_deg, dtype=float)
-    known = np.asarray(policies, dtype=float)
+    tasks = to_floats("tasks_deg", tasks_deg)
+    known = to_floats("policies", policies)
     steps = find_jumps(tasks, known, closed=True)
     after = np.append(tasks[1:], tasks[0] + 360)
     calls = [

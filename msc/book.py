@@ -16,10 +16,12 @@ from typing import Any
 
 import yaml
 
-from msc.chapters import Chapter, run_chapters
+from msc.chapters import BookError, Chapter, run_chapters
+from msc.checks import unmet
 from msc.claim_file import load_claims
 from msc.claims import CLAIMS, VERDICTS
 from msc.claims_page import tally, write_claims
+from msc.escapes import plain
 from msc.figures import (
     DOWNLOADS,
     Picture,
@@ -28,7 +30,8 @@ from msc.figures import (
     write_gallery,
     write_vectors,
 )
-from msc.notebook import parameters, read_notebook, write_notebook
+from msc.files import locked
+from msc.notebook import complaints, parameters, read_notebook, write_notebook
 from msc.opening import write_opening
 from msc.provenance import SECONDS, seconds_script, with_provenance
 from msc.reference import mend_backlinks, write_reference
@@ -39,6 +42,8 @@ ENDINGS = (".ipynb", ".md", ".rst")  # of pages
 
 # A list in a result file that is longer holds data, which no page quotes.
 LONGEST = 10
+
+IN_USE = "{} is in use by another build; wait for it or stop it"
 
 # The package of the lock that carries MathJax: the book needs no network.
 MATHJAX = "sphinx-mathjax-offline"
@@ -73,12 +78,13 @@ def build_book(
     Raises
     ------
     ValueError
-        If `profile` or `jobs` makes no sense.
+        If `profile` or `jobs` makes no sense, or the book is being built already.
     FileNotFoundError
         If `root` holds no book, or the book lacks a page of its table of contents.
     BookError
-        If a chapter fails or a page does not render without a warning. An earlier book
-        in `_build/html` is left as it was.
+        If a chapter fails or writes to stderr, a claim in one does not hold (see
+        `msc.checks.expect`), or a page does not render without a warning. An earlier
+        book in `_build/html` is left as it was.
 
     Notes
     -----
@@ -96,18 +102,23 @@ def build_book(
         for page in pages(root)
         if page.suffix == ".ipynb"
     }
-    cache = build / "cache"
-    executed = run_chapters(given, root=root, cache=cache, jobs=jobs, say=say)
-    pictures = {one.name: find_pictures(one.name, one.notebook) for one in executed}
-    chapters = [replace(one, notebook=without_lines(one.notebook)) for one in executed]
-    stage = build / "stage"
-    lay_out(stage, lambda folder: _stage(root, folder, chapters, pictures))
-    rendered = render(stage)
-    _complete(rendered, root, chapters, [p for own in pictures.values() for p in own])
-    html = build / "html"
-    shutil.rmtree(html, ignore_errors=True)
-    rendered.rename(html)
-    return html / "index.html"
+    build.mkdir(exist_ok=True)
+    with locked(build, IN_USE.format(build)):
+        cache = build / "cache"
+        executed = run_chapters(given, root=root, cache=cache, jobs=jobs, say=say)
+        _refuse_unfit(executed)
+        pictures = {one.name: find_pictures(one.name, one.notebook) for one in executed}
+        chapters = [
+            replace(one, notebook=without_lines(one.notebook)) for one in executed
+        ]
+        stage = build / "stage"
+        lay_out(stage, lambda folder: _stage(root, folder, chapters, pictures))
+        rendered = render(stage)
+        _complete(rendered, root, chapters, [p for o in pictures.values() for p in o])
+        html = build / "html"
+        shutil.rmtree(html, ignore_errors=True)
+        rendered.rename(html)
+        return html / "index.html"
 
 
 def pages(root: Path) -> list[Path]:
@@ -158,8 +169,8 @@ def substitutions(root: Path) -> dict[str, Any]:
         Nested names are joined by underscores, the file's own first: `single.mse` in
         `fig3.json` becomes `fig3_single_mse`, and a page writes
         `{{ fig3_single_mse }}`. Whatever cannot stand in a name becomes an underscore;
-        lists longer than ten entries are left out. `n_claims` counts the claims,
-        `verdicts` says how many got which verdict.
+        lists longer than ten entries are left out. Text is shown as it is. `n_claims`
+        counts the claims, `verdicts` says how many got which verdict.
     """
     flat: dict[str, Any] = {}
 
@@ -171,7 +182,7 @@ def substitutions(root: Path) -> dict[str, Any]:
             for key, item in pairs:
                 collect(re.sub(r"\W", "_", f"{name}_{key}"), item)
         else:
-            flat[name] = value
+            flat[name] = plain(value) if isinstance(value, str) else value
 
     for file in sorted(root.glob("data/results/*.json")):
         collect(
@@ -210,6 +221,18 @@ def page_names(toc: Any) -> list[str]:
     return own + [name for value in toc.values() for name in page_names(value)]
 
 
+def _refuse_unfit(chapters: Sequence[Chapter]) -> None:
+    """Refuse runs that wrote to stderr or show that a claim fails, all at once."""
+    said = [
+        f"{one.name}, {words}"
+        for one in chapters
+        for words in (*complaints(one.notebook), unmet(one.notebook))
+        if words
+    ]
+    if said:
+        raise BookError("\n".join(said))
+
+
 def _stage(
     root: Path,
     stage: Path,
@@ -230,18 +253,23 @@ def _stage(
     config.setdefault("parse", {})["myst_substitutions"] = substitutions(root)
     scripts = config["sphinx"]["config"].setdefault("html_js_files", [])
     scripts.append([SECONDS, {"defer": "defer"}])
-    (book / "_config.yml").write_text(yaml.safe_dump(config))
     shutil.copy(root / "_toc.yml", book)
     write_claims(root, book, {page.stem for page in pages(root)})
     write_opening([chapter.notebook for chapter in chapters], book)
     notebooks = [page for page in pages(root) if page.suffix == ".ipynb"]
     write_reference(root, stage, notebooks)
+    # Jupyter Book finds these itself, but not in a path with brackets.
+    known = {page.relative_to(root / "book") for page in pages(root)}
+    texts = {f.relative_to(book) for f in book.rglob("*") if f.suffix in ENDINGS}
+    config["exclude_patterns"] = sorted(map(str, texts - known))
+    (book / "_config.yml").write_text(yaml.safe_dump(config), "utf-8")
 
 
 def _complete(
     html: Path, root: Path, chapters: Sequence[Chapter], pictures: Sequence[Picture]
 ) -> None:
     """Add what is no page: MathJax, notebooks, figures as SVG, seconds."""
+    (html / ".buildinfo").unlink()  # Sphinx's own, of folders on this machine
     script = distribution(MATHJAX).locate_file(f"{MATHJAX}/static/mathjax/{_MATHJAX}")
     (html / "_static" / "mathjax").mkdir(exist_ok=True)
     shutil.copy(str(script), html / "_static" / "mathjax")

@@ -217,7 +217,7 @@ class World:
         )
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder, "arm.urdf")
-            file.write_text(_urdf(self.workspace))
+            file.write_text(_urdf(self.workspace), "utf-8")
             bodies: list[int] = [
                 bullet.loadURDF(
                     str(file),

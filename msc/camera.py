@@ -83,9 +83,9 @@ def check_suffix(path: Path) -> None:
     Raises
     ------
     ValueError
-        If the suffix is not `.png`, `.gif` or `.mp4`.
+        If the suffix is not `.png`, `.gif` or `.mp4`, in whatever case.
     """
-    if path.suffix not in (".png", *FRAME_RATES):
+    if path.suffix.lower() not in (".png", *FRAME_RATES):
         raise ValueError(
             f"out={path.name!r}; wanted a name ending in .png, .gif or .mp4"
         )
@@ -110,9 +110,9 @@ def save_film(frames: Sequence[Image.Image], path: Path) -> None:
     """
     check_suffix(path)
     with _draft(path) as draft:
-        if path.suffix == ".gif":
+        if path.suffix.lower() == ".gif":
             _write_gif(frames, draft)
-        elif path.suffix == ".mp4":
+        elif path.suffix.lower() == ".mp4":
             _write_mp4(frames, draft)
         else:
             side_by_side(frames).save(draft, "PNG", optimize=True)
@@ -144,7 +144,7 @@ def render(
         If the file cannot be written.
     """
     check_suffix(path)
-    rate = FRAME_RATES.get(path.suffix, 0)
+    rate = FRAME_RATES.get(path.suffix.lower(), 0)
     seconds = SLOWER * TIME_STEP * (len(rollout.joints) - 1)
     n_frames = 1 + round(rate * seconds) if rate else STRIP
     frames = film(workspace, rollout, target, n_frames=n_frames)

@@ -2,13 +2,13 @@
 
 A chapter is a notebook without outputs. Its last run with certain parameters is kept in
 a cache, with a record of what it depended on (see `msc.record`): its code cells, the
-files that it read, the packages that it imported. Only a change of one of these
-executes it again, and the reason is told; an edit of the prose never does.
+files that it read, the packages that it imported, its environment. Only a change of one
+of these executes it again, and the reason is told; an edit of the prose never does. A
+run that wrote to stderr is not kept.
 """
 
 import hashlib
 import json
-import os
 import subprocess
 import sys
 import tempfile
@@ -19,11 +19,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+import yaml
 from tqdm import tqdm
 
 from msc import kernel
 from msc import notebook as nb
+from msc.environment import chosen, environment
 from msc.record import Record, read_log, read_record
+from msc.schema import check
 
 
 class BookError(RuntimeError):
@@ -83,19 +86,22 @@ def run_chapters(
     Raises
     ------
     ValueError
-        If a chapter does not declare a parameter.
+        If a chapter does not declare a parameter, or it cannot take its value: before
+        any of the chapters is executed.
     BookError
-        If a cell fails. Chapters that have finished by then stay in the cache.
+        If a cell fails, or shows no picture though it has alternative text for one.
+        Chapters that have finished by then stay in the cache.
     """
     if jobs < 1:
         raise ValueError(f"jobs must be at least 1, not {jobs}")
+    checked = {path: read_chapter(path, given) for path, given in parameters.items()}
     with (
         ThreadPoolExecutor(jobs) as pool,
         tqdm(total=len(parameters), desc="chapters", disable=None) as progress,
     ):
         futures = [
-            pool.submit(_run, path, given, root=root, cache=cache, say=say)
-            for path, given in parameters.items()
+            pool.submit(_run, path, *chapter, root=root, cache=cache, say=say)
+            for path, chapter in checked.items()
         ]
         try:
             for future in as_completed(futures):
@@ -107,8 +113,41 @@ def run_chapters(
     return [future.result() for future in futures]
 
 
+def read_chapter(
+    path: Path, parameters: Mapping[str, Any]
+) -> tuple[nb.Notebook, dict[str, Any]]:
+    """Read a chapter, and check the parameters that it is to be run with.
+
+    Parameters
+    ----------
+    path : Path
+        The notebook.
+    parameters : mapping from str to object
+        Values for some of its parameters.
+
+    Returns
+    -------
+    dict, dict
+        The notebook, and the values as the chapter declares them: text that is a number
+        is one where a number is meant.
+
+    Raises
+    ------
+    ValueError
+        If the file is no notebook, or a parameter is not declared or cannot take its
+        value.
+    OSError
+        If the file cannot be read.
+    """
+    notebook = nb.read_notebook(path)
+    try:
+        return notebook, check(nb.parameters(notebook), parameters)
+    except ValueError as error:
+        raise ValueError(f"{path.stem}: {error}") from error
+
+
 def run_tool(
-    name: str, arguments: Sequence[str | Path], **environment: str
+    name: str, arguments: Sequence[str | Path], *, cache: Path, **variables: str
 ) -> subprocess.CompletedProcess[str]:
     """Run a Python command-line tool in a process of its own.
 
@@ -118,8 +157,10 @@ def run_tool(
         Where its main function is, "module:function".
     arguments : sequence of str or Path
         Its command line.
-    **environment : str
-        Environment variables to add.
+    cache : Path
+        Folder of earlier runs, which holds the home of the process.
+    **variables : str
+        What its environment has besides (see `msc.environment`).
 
     Returns
     -------
@@ -135,29 +176,24 @@ def run_tool(
     )
     return subprocess.run(
         [sys.executable, "-c", code, *map(str, arguments)],
-        env=os.environ | environment,
+        env=environment(cache) | variables,
         capture_output=True,
-        text=True,
+        encoding="utf-8",
+        errors="replace",
         check=False,
     )
 
 
 def _run(
     path: Path,
-    parameters: Mapping[str, Any],
+    source: nb.Notebook,
+    given: dict[str, Any],
     *,
     root: Path,
     cache: Path,
     say: Callable[[str], object] | None,
 ) -> Chapter:
     """Return one chapter with its outputs, from the cache if nothing has changed."""
-    source = nb.read_notebook(path)
-    if unknown := sorted(set(parameters) - {*(known := nb.parameters(source))}):
-        raise ValueError(
-            f"{path.stem} has no parameter {unknown[0]!r}; "
-            f"it declares: {', '.join(sorted(known)) or 'none'}"
-        )
-    given = dict(parameters)
     code = _sha256([_essence(cell) for cell in nb.code_cells(source)])
     kept = cache / f"{path.stem}-{_sha256(given)[:8]}.ipynb"
     run = nb.read_notebook(kept) if kept.exists() else None
@@ -170,10 +206,14 @@ def _run(
     if run is None or record is None or reasons:
         if say:
             say(f"{path.stem}: {'; '.join(reasons)}")
-        run, record = _execute(path, given, root, code)
+        run, record = _execute(path, given, root=root, cache=cache, code=code)
         run["metadata"]["record"] = record.to_json()
-        nb.write_notebook(run, kept)
-    return Chapter(path.stem, nb.with_outputs(source, run), record, given)
+        if not nb.complaints(run):
+            nb.write_notebook(run, kept)
+    done = nb.with_outputs(source, run)
+    if cell := nb.without_picture(done):
+        raise BookError(f"{path.stem}, {cell}: it has alternative text, but no picture")
+    return Chapter(path.stem, done, record, given)
 
 
 def _essence(cell: nb.Cell) -> tuple[str, list[str]]:
@@ -183,10 +223,11 @@ def _essence(cell: nb.Cell) -> tuple[str, list[str]]:
 
 
 def _execute(
-    path: Path, parameters: Mapping[str, Any], root: Path, code: str
+    path: Path, parameters: Mapping[str, Any], *, root: Path, cache: Path, code: str
 ) -> tuple[nb.Notebook, Record]:
     """Run a chapter by papermill in a kernel of this very interpreter."""
-    with tempfile.TemporaryDirectory(prefix="msc-") as folder:
+    cache.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix="run-", dir=cache.resolve()) as folder:
         start = time.perf_counter()
         # A kernel of the same name elsewhere, or the user's own IPython settings,
         # would run the chapter in another environment: ours come first.
@@ -197,25 +238,32 @@ def _execute(
         watched = (root.resolve(), script.parents[1])
         launch = [sys.executable, *map(str, (script, log, *watched))]
         launch += ["-f", "{connection_file}"]
-        spec.write_text(json.dumps({"argv": launch, "display_name": "Python 3"}))
-        arguments: list[str | Path] = [path.resolve(), output, "--kernel", "python3"]
-        arguments += ["--cwd", root.resolve(), "--parameters_yaml"]
-        arguments += [json.dumps(dict(parameters)), "--no-progress-bar"]
+        kernel_spec = {"argv": launch, "display_name": "Python 3"}
+        spec.write_text(json.dumps(kernel_spec), "utf-8")
+        given = yaml.safe_dump(dict(parameters), sort_keys=False)  # 1e-5 stays one
+        arguments: list[str | Path] = [*map(_literal, (path.resolve(), output))]
+        arguments += ["--kernel", "python3", "--cwd", root.resolve()]
+        arguments += ["--parameters_yaml", given, "--no-progress-bar"]
         result = run_tool(
             "papermill.cli:papermill",
             arguments,
+            cache=cache,
             JUPYTER_PATH=folder,
             IPYTHONDIR=folder,
-            OMP_NUM_THREADS="1",
         )
         if result.returncode == 0:
             seconds = round(time.perf_counter() - start, 2)
             return nb.read_notebook(output), Record(
-                code, *read_log(log, root), seconds=seconds
+                code, *read_log(log, root), environment=chosen(), seconds=seconds
             )
         failure = nb.failure(nb.read_notebook(output)) if output.exists() else ""
         last_words = (result.stderr.strip() or "papermill failed").splitlines()[-1]
         raise BookError(f"{path.stem}, {failure or last_words}")
+
+
+def _literal(path: Path) -> str:
+    """Write a path for papermill, which fills in what stands in braces."""
+    return str(path).replace("{", "{{").replace("}", "}}")
 
 
 def _sha256(content: Any) -> str:

@@ -24,6 +24,7 @@ _NEEDED = ("id", "claim", "quote", "section", "chapter", "readings")
 _TEXTS = ("id", "claim", "quote", "section", "chapter", "margin", "why")
 _MAPPINGS = ("readings", "measured", "support")
 _OF_A_READING = {"unit", "by_construction", "cannot_be_tested", *PREDICATES}
+_ID = re.compile(r"[A-Za-z0-9-]+")  # it is an anchor, and names a row
 _REFERENCE = re.compile(r"\{[^{}]*\}|(?:Figures?|Eqs?\.|Section) \d+")
 
 
@@ -149,6 +150,8 @@ def _claim(given: dict[str, Any]) -> Claim:
         if not isinstance(value, dict if name in _MAPPINGS else str):
             wanted = "a mapping" if name in _MAPPINGS else "text"
             raise ValueError(f"{name}: {value!r}; wanted {wanted}")
+    if not _ID.fullmatch(given["id"]):
+        raise ValueError(f"id: {given['id']!r}; wanted letters, digits and hyphens")
     if (n_words := len(given["quote"].split())) > N_WORDS:
         raise ValueError(f"quote: {n_words} words; wanted at most {N_WORDS}")
     shared = given.get("measured", {})

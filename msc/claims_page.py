@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from msc.claims import CLAIMS, VERDICTS, judge_all
+from msc.escapes import label, paragraph, plain
 from msc.verdicts import BUILT_IN, SYMBOLS, Verdict
 
 TABLE = "claims_table.md"
@@ -68,11 +69,11 @@ def table_markdown(verdicts: Sequence[Verdict], pages: Collection[str]) -> str:
     rows = ["```{table}", ":widths: 5 2 4"]  # in shares of the page
     rows += [_row("the paper claims", "here", "measured"), "|---|---|---|"]
     for one in verdicts:
-        claim, says = one.claim, _cell(one.claim.claim)
-        shown = f"[{says}]({claim.chapter})" if claim.chapter in pages else says
+        claim, says = one.claim, plain(one.claim.claim)
+        shown = f"[{label(says)}]({claim.chapter})" if claim.chapter in pages else says
         here = f"[{one.words}](claim-{claim.id})"
         differ = f"; [readings differ](claim-{claim.id})" if one.differs else ""
-        rows.append(_row(shown, here, f"{_cell(one.measured)}{differ}"))
+        rows.append(_row(shown, here, f"{plain(one.measured)}{differ}"))
     return "\n".join([*rows, "```"]) + "\n"
 
 
@@ -177,15 +178,15 @@ def _section(one: Verdict, pages: Collection[str]) -> str:
     rows = [_row("reading", "measured", "wanted", "verdict"), _RULE]
     for reading in one.readings:
         cells = (reading.name, reading.measured, reading.wanted or "–", reading.verdict)
-        rows.append(_row(*map(_cell, cells)))
+        rows.append(_row(*map(plain, cells)))
     paragraphs = [
         f"(claim-{claim.id})=\n### {claim.id}: {one.words}",
-        f"> “{_line(claim.quote)}” {{cite}}`paper` ({claim.section})",
-        f"{_line(claim.claim)}{shown}",
+        f"> “{plain(claim.quote)}” {{cite}}`paper` ({plain(claim.section)})",
+        f"{paragraph(claim.claim)}{shown}",
         "\n".join(rows),
-        f"**Margin.** {_line(claim.margin)}" if claim.margin else "",
-        *(f"**By construction.** {_line(reason)}" for reason in built_in),
-        f"**Why.** {_line(one.why)}" if one.why else "",
+        f"**Margin.** {plain(claim.margin)}" if claim.margin else "",
+        *(f"**By construction.** {plain(reason)}" for reason in built_in),
+        f"**Why.** {plain(one.why)}" if one.why else "",
     ]
     return "\n\n".join(paragraph for paragraph in paragraphs if paragraph)
 
@@ -195,12 +196,3 @@ _RULE = "|---|---|---|---|"
 
 def _row(*cells: str) -> str:
     return f"| {' | '.join(cells)} |"
-
-
-def _line(text: str) -> str:
-    return " ".join(text.split())
-
-
-def _cell(text: str) -> str:
-    """Make text fit a cell of a table."""
-    return _line(text).replace("|", r"\|")

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import argparse
+import re
+import sys
 from pathlib import Path
+from typing import Any
 
-import yaml
 from tqdm import tqdm
 
-from msc.chapters import BookError, run_chapters
+from msc.chapters import BookError, read_chapter, run_chapters
 from msc.cli_options import Commands, add_jobs, add_profile, check_output
-from msc.notebook import write_notebook
+from msc.notebook import complaints, write_notebook
+from msc.schema import resolve
 
 
 def _add_run(commands: Commands) -> None:
@@ -29,20 +32,31 @@ def _add_run(commands: Commands) -> None:
         help="a parameter of the chapter; may be repeated",
     )
     parser.add_argument("--out", type=Path, required=True, help="an .ipynb file")
+    # argparse takes -1e-3 for an option: of numbers it knows -1 and -0.001 only.
+    parser._negative_number_matcher = re.compile(r"-(\.?\d|inf|nan)")
     parser.set_defaults(run=_run_chapter)
 
 
 def _run_chapter(options: argparse.Namespace) -> None:
-    """Execute a chapter by papermill; refuse parameters that it does not have."""
+    """Execute a chapter by papermill; refuse parameters that it cannot take."""
     out: Path = options.out
+    given: dict[str, Any] = {}
+    for name, word in options.parameters:
+        if name in given:
+            raise ValueError(f"{name} is given twice; wanted one value for it")
+        given[name] = resolve(word)
+    read_chapter(options.chapter, given)
     check_output(out, ".ipynb")
-    given = {name: yaml.safe_load(value) for name, value in options.parameters}
+    if out.resolve() == options.chapter.resolve():
+        raise ValueError(f"out={out} is the chapter itself; wanted another file")
     root = Path.cwd()
     chapters = {options.chapter: given}
     (chapter,) = run_chapters(
         chapters, root=root, cache=root / "_build/cache", jobs=1, say=print
     )
     write_notebook(chapter.notebook, out)
+    for words in complaints(chapter.notebook):
+        print(f"{chapter.name}, {words}", file=sys.stderr)
     print(f"{out}: {chapter.record.seconds:.1f} s")
 
 

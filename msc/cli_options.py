@@ -57,7 +57,7 @@ def check_output(out: Path, suffix: str, *, jobs: int = 1, seed: int = 0) -> Non
     out : Path
         The file to be written; its folder is made if it is missing.
     suffix : str
-        How its name must end.
+        How its name must end, in whatever case.
     jobs, seed : int
         Worker processes and the seed of every draw.
 
@@ -70,7 +70,7 @@ def check_output(out: Path, suffix: str, *, jobs: int = 1, seed: int = 0) -> Non
         raise ValueError(f"seed={seed}; wanted 0 or more")
     if jobs < 1:
         raise ValueError(f"jobs={jobs}; wanted at least 1")
-    if out.suffix != suffix:
+    if out.suffix.lower() != suffix.lower():
         raise ValueError(f"out={out}; wanted a name ending in {suffix}")
     if out.is_dir():
         raise ValueError(f"out={out} is a folder; wanted the name of a file")

@@ -25,7 +25,9 @@ def _add_search(commands: Commands) -> None:
     parser.add_argument("--guide", type=Path, help="a table: neighbours to start from")
     add_seed(parser)
     add_jobs(parser)
-    parser.add_argument("--dask", metavar="tcp://HOST:PORT", help="a Dask scheduler")
+    parser.add_argument(
+        "--dask", metavar="tcp://HOST:PORT", help="a Dask scheduler; or tls://"
+    )
     parser.add_argument("--out", type=Path, required=True, help="a .csv file")
     parser.set_defaults(run=_run_search)
 

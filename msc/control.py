@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from msc.arrays import check_number, to_floats
 from msc.dynamics import InverseDynamics
 
 TIME_STEP = 1 / 60  # s; between two commands, and between two rows of a rollout
@@ -23,17 +24,32 @@ class Controller:
     Parameters
     ----------
     bandwidth : float, default=15.0
-        Decay of errors (1/s).
+        Decay of errors (1/s), from 0 to 1000.
     windup : float, default=0.005
         Bound of the integrated error (rad s), so that an arm that an obstacle holds up
-        does not push ever harder.
+        does not push ever harder; 0 or more, also infinite.
     torque_limit : tuple of float
-        Largest torques (N m).
+        Largest torques (N m) of the three joints; positive, or infinite.
+
+    Raises
+    ------
+    ValueError
+        If a number is beyond its bounds.
     """
 
     bandwidth: float = 15.0
     windup: float = 0.005
     torque_limit: tuple[float, float, float] = (40.0, 20.0, 5.0)
+
+    def __post_init__(self) -> None:
+        """Refuse gains and limits that are none."""
+        check_number("bandwidth", self.bandwidth, 0.0, 1000.0)
+        check_number("windup", self.windup, 0.0, np.inf)
+        limits = to_floats("torque_limit", self.torque_limit)
+        if limits.shape != (3,) or not (limits > 0).all():
+            raise ValueError(
+                f"torque_limit={self.torque_limit}; wanted 3 positive numbers"
+            )
 
 
 class Pursuit:

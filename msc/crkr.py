@@ -18,6 +18,7 @@ from sklearn.utils._param_validation import Interval
 from sklearn.utils.validation import check_is_fitted
 
 from msc.gaussian import _LENGTH_SCALES, _RANGE, warn_of_scale
+from msc.parallel import tell
 from msc.validation import MAGNITUDES, validate_cost, validate_pairs, validate_points
 
 __all__ = ["CrKR"]
@@ -40,6 +41,9 @@ class CrKR(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: ignore[mis
         Weight, > 0, of the cost.
     tune : bool, default=False
         Whether to choose both by the data instead; see Notes.
+    verbose : bool or None, default=None
+        Whether tuning for more than about two seconds shows a progress bar on standard
+        error: None where that is a terminal, True in a notebook too.
 
     Attributes
     ----------
@@ -91,14 +95,21 @@ class CrKR(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: ignore[mis
         "length_scale": [Interval(Real, 0, None, closed="neither")],
         "ridge": [Interval(Real, 0, None, closed="neither")],
         "tune": ["boolean"],
+        "verbose": ["boolean", None],
     }
 
     def __init__(
-        self, length_scale: float = 1.0, ridge: float = 0.5, *, tune: bool = False
+        self,
+        length_scale: float = 1.0,
+        ridge: float = 0.5,
+        *,
+        tune: bool = False,
+        verbose: bool | None = None,
     ) -> None:
         self.length_scale = length_scale
         self.ridge = ridge
         self.tune = tune
+        self.verbose = verbose
 
     def fit(self, X: Any, y: Any, cost: Any = None) -> Self:
         """Fit the regression.
@@ -132,7 +143,7 @@ class CrKR(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: ignore[mis
         if self.tune:
             warn_of_scale(X)
             self.length_scale_, self.ridge_ = _tune(
-                cdist(X, X, "sqeuclidean"), y.reshape(len(X), -1), costs
+                cdist(X, X, "sqeuclidean"), y.reshape(len(X), -1), costs, self.verbose
             )
         gram = self._kernel(X) + self.ridge_ * np.diag(costs)
         try:
@@ -176,7 +187,9 @@ class CrKR(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: ignore[mis
         return np.asarray(np.exp(-squares / (2 * self.length_scale_**2)))
 
 
-def _tune(squares: Array, policies: Array, cost: Array) -> tuple[float, float]:
+def _tune(
+    squares: Array, policies: Array, cost: Array, verbose: bool | None
+) -> tuple[float, float]:
     """Return the length scale and ridge of greatest marginal likelihood."""
     relative_cost = cost / cost.mean()
     targets = policies[:, policies.any(axis=0)]  # zero everywhere: fits any kernel
@@ -191,6 +204,13 @@ def _tune(squares: Array, policies: Array, cost: Array) -> tuple[float, float]:
         )
         for length_scale in _LENGTH_SCALES
     ]
+    told = tell(
+        starts,
+        "starts of the search",
+        total=len(starts),
+        n_tasks=len(targets),
+        verbose=verbose,
+    )
     found = min(
         (
             minimize(
@@ -201,7 +221,7 @@ def _tune(squares: Array, policies: Array, cost: Array) -> tuple[float, float]:
                 bounds=np.log(_BOUNDS),
                 method="L-BFGS-B",
             )
-            for start in starts
+            for start in told
         ),
         key=lambda optimum: optimum.fun,
     )

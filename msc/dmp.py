@@ -23,6 +23,17 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.integrate import solve_ivp
 
+from msc.arrays import LARGEST, check_number, to_floats
+
+_BOUNDS = {
+    "spring": (1e-2, 1e4),
+    "damping": (1e-2, 1e3),
+    "time_scale": (0.05, 100.0),
+    "alpha": (1e-3, 100.0),
+}
+_N_BASIS = (2, 100)
+_LAST = 20.0  # times the time scale
+
 
 @dataclass(frozen=True)
 class DMP:
@@ -31,16 +42,18 @@ class DMP:
     Parameters
     ----------
     spring : float, default=16.0
-        Spring constant K (1/s² at unit `time_scale`). Slow on purpose: about a
-        tenth of the way is left after one second unless the policy supplies it.
+        Spring constant K (1/s² at unit `time_scale`), from 0.01 to 10,000. Slow on
+        purpose: about a tenth of the way is left after one second unless the policy
+        supplies it.
     damping : float, optional
-        Damping Q. By default critical, ``2 * sqrt(spring)``.
+        Damping Q, from 0.01 to 1000. By default critical, ``2 * sqrt(spring)``.
     time_scale : float, default=1.0
-        Factor κ by which the movement is slowed down.
+        Factor κ by which the movement is slowed down, from 0.05 to 100.
     alpha : float, default=log(100)
-        Decay α of the phase, which falls from 1 to 1/100 in one second.
+        Decay α of the phase, which falls from 1 to 1/100 in one second; from 0.001 to
+        100.
     n_basis : int, default=3
-        Basis functions per dimension, evenly spaced in time.
+        Basis functions per dimension, evenly spaced in time; from 2 to 100.
     gated : bool, default=False
         Multiply f by the phase s, as is usual but not as Eq. 7 is printed. Without it
         f does not vanish at the end, and the weights move the end point.
@@ -48,7 +61,12 @@ class DMP:
     Raises
     ------
     ValueError
-        If a constant is not positive or there are fewer than two basis functions.
+        If a constant is beyond its bounds.
+
+    Notes
+    -----
+    Within the bounds, and up to 20 time scales, the equations are integrated within a
+    few seconds; beyond them it may take hours.
 
     Examples
     --------
@@ -70,10 +88,14 @@ class DMP:
         """Refuse constants for which the equations make no movement."""
         for name in ("spring", "damping", "time_scale", "alpha"):
             value = getattr(self, name)
-            if value is not None and not (value > 0 and math.isfinite(value)):
-                raise ValueError(f"{name}={value}; wanted a positive number")
-        if not isinstance(self.n_basis, Integral) or self.n_basis < 2:
-            raise ValueError(f"n_basis={self.n_basis}; wanted at least 2, whole")
+            if value is not None or name != "damping":
+                check_number(name, value, *_BOUNDS[name])
+        fewest, most = _N_BASIS
+        if not (isinstance(self.n_basis, Integral) and fewest <= self.n_basis <= most):
+            raise ValueError(
+                f"n_basis={self.n_basis}; wanted at least {fewest}, whole, and at most "
+                f"{most}"
+            )
 
     @property
     def n_params(self) -> int:
@@ -92,7 +114,7 @@ class DMP:
         start, goal : array_like of shape (2,) or (n_policies, 2)
             Where the movement starts and where the spring pulls (m).
         times : array_like of shape (n_times,)
-            Ascending times from the start (s).
+            Ascending times from the start (s), none past 20 times `time_scale`.
 
         Returns
         -------
@@ -102,22 +124,25 @@ class DMP:
         Raises
         ------
         ValueError
-            If the policy has another length, an argument is not finite or not shaped as
-            wanted, or the equations cannot be integrated with these constants.
+            If the policy has another length, an argument is not finite, too large or
+            not shaped as wanted, or the equations cannot be integrated with these
+            constants.
         """
         weights = check_policies(policy, self.n_params)
-        moments = np.asarray(times, dtype=float)
+        moments = to_floats("times", times)
         if moments.ndim != 1:
             raise ValueError(f"times has shape {moments.shape}; wanted (n_times,)")
         for name, point in (("start", start), ("goal", goal)):
-            place = np.asarray(point, dtype=float)
-            if place.shape[-1:] != (2,) or not np.isfinite(place).all():
-                raise ValueError(f"{name}={point!r}; wanted finite x and y")
+            place = to_floats(name, point)
+            if place.shape[-1:] != (2,) or not (np.abs(place) <= LARGEST).all():
+                raise ValueError(
+                    f"{name}={point!r}; wanted finite x and y, at most {LARGEST:g} m"
+                )
         pull, basis = _responses(self, tuple(moments.tolist()))
         weights = weights.reshape(*weights.shape[:-1], 2, self.n_basis)
         shape = pull[:, None] + np.einsum("tb,...db->...td", basis, weights)
-        start = np.asarray(start, dtype=float)[..., None, :]
-        goal = np.asarray(goal, dtype=float)[..., None, :]
+        start = to_floats("start", start)[..., None, :]
+        goal = to_floats("goal", goal)[..., None, :]
         return np.asarray(start + (goal - start) * shape)
 
     def forcing_basis(self, phase: ArrayLike) -> NDArray[np.float64]:
@@ -133,7 +158,7 @@ class DMP:
         ndarray of shape (n_times, n_basis)
             Shares ψᵢ / Σ ψ, times s if gated.
         """
-        s = np.asarray(phase, dtype=float)[:, None]
+        s = to_floats("phase", phase)[:, None]
         c = np.exp(-self.alpha * np.arange(self.n_basis) / (self.n_basis - 1))
         h = 1 / np.diff(c) ** 2
         psi = np.exp(-np.append(h, h[-1]) * (s - c) ** 2)  # Eq. 8
@@ -165,7 +190,8 @@ def check_policies(
     Raises
     ------
     ValueError
-        If the shape is another or a number is not finite.
+        If the shape is another, or a number is not real or beyond a thousand million,
+        where floats no longer tell a path's micrometres.
 
     Examples
     --------
@@ -174,7 +200,7 @@ def check_policies(
     ...
     ValueError: policy has shape (2,); wanted (6,) or (n_policies, 6)
     """
-    policies = np.asarray(policy, dtype=float, order="C")  # results to the last bit
+    policies = np.asarray(to_floats("policy", policy), order="C")  # to the last bit
     dimensions = (1,) if single else (1, 2)
     if policies.ndim not in dimensions or policies.shape[-1] != n_params:
         several = "" if single else f" or (n_policies, {n_params})"
@@ -183,6 +209,11 @@ def check_policies(
         )
     if not np.isfinite(policies).all():
         raise ValueError("policy has NaN or infinite weights; wanted finite numbers")
+    largest = np.abs(policies).max(initial=0.0)
+    if largest > LARGEST:
+        raise ValueError(
+            f"policy has a weight of magnitude {largest:g}; wanted at most {LARGEST:g}"
+        )
     return policies
 
 
@@ -194,6 +225,11 @@ def _responses(
     ascending = times and times[0] >= 0 and all(np.diff(times) > 0)
     if not ascending or not math.isfinite(times[-1]):
         raise ValueError("times: wanted ascending times, none before 0")
+    if times[-1] > _LAST * dmp.time_scale:
+        raise ValueError(
+            f"times: the last is {times[-1]:g} s; wanted at most {_LAST:g} times the "
+            f"time_scale, {_LAST * dmp.time_scale:g} s"
+        )
     damping = 2 * math.sqrt(dmp.spring) if dmp.damping is None else dmp.damping
     n = 1 + dmp.n_basis
 

@@ -9,6 +9,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from msc.arrays import to_floats
+
 _Array = NDArray[np.float64]
 
 
@@ -141,7 +143,7 @@ def joint_torques(motion: ArrayLike, inertias: _Array) -> _Array:
     >>> joint_torques([[0.3], [5.0], [2.0]], inertias)
     array([2.])
     """
-    moving = np.asarray(motion, dtype=float)
+    moving = to_floats("motion", motion)
     arms = moving.reshape(*moving.shape[:2], -1)
     torques = InverseDynamics(inertias, arms.shape[-1])(arms)
     return torques.reshape(moving.shape[1:])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import base64
 import io
+import json
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
@@ -77,13 +78,12 @@ def find_pictures(chapter: str, notebook: nb.Notebook) -> list[Picture]:
         for output in cell.get("outputs", ()):
             data = output.get("data", {})
             if PNG in data:
-                image = cell["metadata"].get("mystnb", {}).get("image", {})
                 picture = Picture(
                     chapter,
                     title,
                     number=len(found) + 1,
                     cell=place,
-                    alt=image.get("alt", ""),
+                    alt=nb.alternative_text(cell),
                     png=base64.b64decode("".join(data[PNG])),
                     svg="".join(data.get(SVG, "")),
                 )
@@ -187,9 +187,14 @@ def _card(picture: Picture, pictures: Sequence[Picture]) -> str:
     which = f" ({picture.number})" if len(siblings) > 1 else ""
     return (
         f":::{{grid-item-card}} {picture.title}{which}\n"
-        f":link: {picture.chapter}\n:link-type: doc\n"
-        f":img-top: {THUMBNAILS}/{picture.name}.png\n"
-        f":img-alt: {' '.join(picture.alt.split()) or picture.title}\n"
+        f":link: {_option(picture.chapter)}\n:link-type: doc\n"
+        f":img-top: {_option(f'{THUMBNAILS}/{picture.name}.png')}\n"
+        f":img-alt: {_option(picture.alt or picture.title)}\n"
         ":class-card: msc-thumbnail\n"
         ":::\n"
     )
+
+
+def _option(text: str) -> str:
+    """Write text as the value of a directive's option, which is YAML."""
+    return json.dumps(" ".join(text.split()), ensure_ascii=False)

@@ -11,6 +11,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from msc.arrays import to_floats
+
 LINK_RADIUS = 0.02  # m; half the thickness of a link
 
 
@@ -80,7 +82,7 @@ def chain(joints: ArrayLike, link_lengths: ArrayLike) -> NDArray[np.float64]:
     >>> chain([0.0, 0.0, 0.0], [0.40, 0.35, 0.25])[-1]
     array([1., 0.])
     """
-    heading = np.cumsum(np.asarray(joints, dtype=float), axis=-1)
+    heading = np.cumsum(to_floats("joints", joints), axis=-1)
     links = np.stack([np.cos(heading), np.sin(heading)], axis=-1)
     links = links * np.asarray(link_lengths, dtype=float)[:, None]
     base = np.zeros((*heading.shape[:-1], 1, 2))

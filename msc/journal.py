@@ -16,6 +16,7 @@ from msc.files import locked
 from msc.search import SearchResult
 
 _CODE = (
+    "arrays",
     "geometry",
     "workspace",
     "dmp",

@@ -5,6 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from msc.arrays import to_floats
+
 
 def find_jumps(
     tasks: ArrayLike, policies: ArrayLike, closed: bool = False
@@ -43,12 +45,12 @@ def find_jumps(
     >>> find_jumps(np.arange(6), [[0.0], [0.1], [0.2], [3.0], [3.1], [3.2]])
     array([2])
     """
-    order = np.asarray(tasks, dtype=float)
+    order = to_floats("tasks", tasks)
     if order.ndim == 2 and order.shape[1] == 1:
         order = order[:, 0]
     if order.ndim != 1:
         raise ValueError(f"tasks has shape {order.shape}; wanted one number a task")
-    values = np.asarray(policies, dtype=float)
+    values = to_floats("policies", policies)
     if values.ndim != 2 or len(values) != len(order) or len(order) < 2:
         raise ValueError(
             f"policies has shape {values.shape} for {len(order)} tasks; wanted one row "
@@ -88,7 +90,7 @@ def step_sizes(
     >>> step_sizes([[0.0], [0.1], [0.2], [3.0]])[0].round(1)
     array([0.1, 0.1, 2.8])
     """
-    values = np.asarray(policies, dtype=float)
+    values = to_floats("policies", policies)
     after = np.roll(values, -1, axis=0)
     steps = np.linalg.norm(after - values, axis=1)[: None if closed else -1]
     spread = np.sqrt(np.mean(np.sum((values - values.mean(axis=0)) ** 2, axis=1)))

@@ -11,6 +11,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from msc.arrays import to_floats
+
 DAMPING = 0.02  # m; where the arm is nearly singular, joints stay slow, the path is cut
 MAX_JOINT_STEP = 0.4  # rad; at 60 Hz 24 rad/s, only met by paths out of reach
 
@@ -52,7 +54,7 @@ def follow_path(
     >>> joints.shape
     (2, 3)
     """
-    points = np.asarray(path, dtype=float)
+    points = to_floats("path", path)
     targets = points[..., 0] + 1j * points[..., 1]
     targets = np.moveaxis(targets, -1, 0).reshape(points.shape[-2], -1)
     shape = 3, targets.shape[1]

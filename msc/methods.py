@@ -88,9 +88,9 @@ def methods(n_charts: int | None = N_CHARTS, seed: int = 0) -> dict[str, Any]:
     """
     charts = SMCE(n_charts, random_state=seed)
     return {
-        "charts": ParameterizedSkill(charts, random_state=seed),
+        "charts": ParameterizedSkill(charts, random_state=seed, verbose=False),
         "single regression": _single("squared exponential", seed),
-        "CrKr": CrKR(tune=True),
+        "CrKr": CrKR(tune=True, verbose=False),
         "nearest neighbour": KNeighborsRegressor(1),
         "linear interpolation": LinearInterpolation(),
         "mean policy": DummyRegressor(),
@@ -100,12 +100,17 @@ def methods(n_charts: int | None = N_CHARTS, seed: int = 0) -> dict[str, Any]:
             inverse_func=np.asarray,
             check_inverse=False,
         ),
-        "charts, SVM gate": ParameterizedSkill(charts, gate="svm", random_state=seed),
+        "charts, SVM gate": ParameterizedSkill(
+            charts, gate="svm", random_state=seed, verbose=False
+        ),
         "charts, k-means": ParameterizedSkill(
-            KMeans(n_charts or N_CHARTS, n_init=10), random_state=seed
+            KMeans(n_charts or N_CHARTS, n_init=10), random_state=seed, verbose=False
         ),
         "charts, Matérn": ParameterizedSkill(
-            charts, regressor=gaussian_process("matern"), random_state=seed
+            charts,
+            regressor=gaussian_process("matern"),
+            random_state=seed,
+            verbose=False,
         ),
         "single, Matérn": _single("matern", seed),
         "single, periodic": _single("periodic", seed),
@@ -244,5 +249,5 @@ class LinearInterpolation(MultiOutputMixin, RegressorMixin, BaseEstimator):  # t
 def _single(kernel: str, seed: int) -> ParameterizedSkill:
     """Build one Gaussian process a policy dimension, over all tasks."""
     return ParameterizedSkill(
-        None, regressor=gaussian_process(kernel), random_state=seed
+        None, regressor=gaussian_process(kernel), random_state=seed, verbose=False
     )

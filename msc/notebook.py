@@ -4,23 +4,20 @@ A chapter is a notebook without outputs; papermill returns a run of it: the same
 cells with outputs, and one more, *injected*, that sets the parameters it was given.
 """
 
-import ast
-import io
 import json
 import re
-import tokenize
+import textwrap
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
+
+from msc.files import replace_file
+from msc.schema import Parameter, declared
 
 Notebook = dict[str, Any]
 Cell = dict[str, Any]
 
-
-class Parameter(NamedTuple):
-    """A parameter's default, as Python writes it, and the comment on its last line."""
-
-    default: str
-    meaning: str
+_CELL = {"cell_type", "metadata", "source"}  # what every cell has
+_LONGEST = 400  # that an error quotes of what a cell wrote
 
 
 def read_notebook(path: Path) -> Notebook:
@@ -43,10 +40,16 @@ def read_notebook(path: Path) -> Notebook:
     """
     try:
         notebook: Notebook = json.loads(path.read_text(encoding="utf-8"))
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise ValueError(f"{path.name} is not a notebook: {error}") from error
-    if not (isinstance(notebook, dict) and "cells" in notebook):
+    if not (isinstance(notebook, dict) and isinstance(notebook.get("cells"), list)):
         raise ValueError(f"{path.name} is not a notebook: it has no cells")
+    for number, cell in enumerate(notebook["cells"], start=1):
+        if not (isinstance(cell, dict) and cell.keys() >= _CELL):
+            raise ValueError(
+                f"{path.name} is not a notebook: cell {number} lacks "
+                f"one of {', '.join(sorted(_CELL))}"
+            )
     return notebook
 
 
@@ -60,11 +63,8 @@ def write_notebook(notebook: Notebook, path: Path) -> None:
     path : Path
         The file; its folder is created if missing.
     """
-    path.parent.mkdir(parents=True, exist_ok=True)
-    unfinished = path.with_suffix(".partial")
     text = json.dumps(notebook, indent=1, ensure_ascii=False)
-    unfinished.write_text(text + "\n", encoding="utf-8")
-    unfinished.replace(path)
+    replace_file(path, text + "\n")
 
 
 def code_cells(notebook: Notebook) -> list[Cell]:
@@ -129,29 +129,24 @@ def parameters(notebook: Notebook) -> dict[str, Parameter]:
     dict of str to Parameter
         By name, in the order of the cell; empty if no cell has the tag.
 
+    Raises
+    ------
+    ValueError
+        If the cell is no Python, or the values in a comment cannot be understood.
+
     Examples
     --------
-    >>> code = "n_samples = 24  # training tasks\nseed: int = 0"
+    >>> code = "n_samples = 24  # training tasks (2 to 360)\nseed: int = 0"
     >>> cell = {"source": code, "metadata": {"tags": ["parameters"]}}
     >>> for name, found in parameters({"cells": [cell]}).items():
     ...     print(name, tuple(found))
-    n_samples ('24', 'training tasks')
-    seed ('0', '')
+    n_samples ('24', 'training tasks', '2 to 360')
+    seed ('0', '', '')
     """
-    found = {}
-    for code in (source(c) for c in notebook["cells"] if "parameters" in tags(c)):
-        comments = {
-            token.start[0]: token.string.lstrip("# ").strip()
-            for token in tokenize.generate_tokens(io.StringIO(code).readline)
-            if token.type == tokenize.COMMENT
-        }
-        for line in ast.walk(ast.parse(code)):
-            if isinstance(line, ast.Assign | ast.AnnAssign):
-                default = ast.unparse(line.value) if line.value else ""
-                one = Parameter(default, comments.get(line.end_lineno or 0, ""))
-                for node in ast.walk(line):
-                    if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
-                        found[node.id] = one
+    found: dict[str, Parameter] = {}
+    for cell in notebook["cells"]:
+        if "parameters" in tags(cell):
+            found |= declared(source(cell))
     return found
 
 
@@ -238,10 +233,75 @@ def failure(run: Notebook) -> str:
     for number, cell in reversed([*enumerate(code_cells(run), start=1)]):
         for output in cell["outputs"]:
             if output["output_type"] == "error":
-                first_line = source(cell).strip().partition("\n")[0]
                 error = f"{output['ename']}: {output['evalue']}"
-                return f"code cell {number} ({first_line}): {error}"
+                return f"{_named(number, cell)}: {error}"
     return ""
+
+
+def complaints(run: Notebook) -> list[str]:
+    """Name the cells that wrote to stderr, and what.
+
+    Parameters
+    ----------
+    run : dict
+        A notebook with outputs.
+
+    Returns
+    -------
+    list of str
+        For each such cell its number among the code cells, its first line and what it
+        wrote, cut where that is long.
+    """
+    found = []
+    for number, cell in enumerate(code_cells(run), start=1):
+        streams = [out for out in cell["outputs"] if out.get("name") == "stderr"]
+        if text := "".join("".join(stream["text"]) for stream in streams):
+            short = textwrap.shorten(text, _LONGEST, placeholder=" …")
+            found.append(f"{_named(number, cell)} wrote to stderr: {short}")
+    return found
+
+
+def without_picture(run: Notebook) -> str:
+    """Name a cell that should have shown a picture.
+
+    Parameters
+    ----------
+    run : dict
+        A notebook with outputs.
+
+    Returns
+    -------
+    str
+        The number among the code cells, and the first line, of the first cell that has
+        alternative text but shows no picture; empty if there is none.
+    """
+    for number, cell in enumerate(code_cells(run), start=1):
+        shown = {kind for output in cell["outputs"] for kind in output.get("data", ())}
+        if alternative_text(cell) and "image/png" not in shown:
+            return _named(number, cell)
+    return ""
+
+
+def alternative_text(cell: Cell) -> str:
+    """Return what a cell's figure shows, in words.
+
+    Parameters
+    ----------
+    cell : dict
+        Any cell.
+
+    Returns
+    -------
+    str
+        Empty if the cell does not say.
+    """
+    text: str = cell["metadata"].get("mystnb", {}).get("image", {}).get("alt", "")
+    return text
+
+
+def _named(number: int, cell: Cell) -> str:
+    first_line = source(cell).strip().partition("\n")[0]
+    return f"code cell {number} ({first_line})"
 
 
 def _without_empty_headers(output: dict[str, Any]) -> dict[str, Any]:

@@ -11,6 +11,50 @@ from joblib import Parallel, delayed, parallel_config
 from threadpoolctl import threadpool_limits
 from tqdm import tqdm
 
+SECONDS = 2.0  # of a fit without a word
+MANY = 300  # tasks; one regression of more may take that long
+
+
+def tell(
+    steps: Iterable[Any], what: str, *, total: int, n_tasks: int, verbose: bool | None
+) -> Any:
+    """Show how far a fit is, and how long the rest may take, if it takes long.
+
+    Parameters
+    ----------
+    steps : iterable
+        Its steps.
+    what : str
+        What they are.
+    total : int
+        How many.
+    n_tasks : int
+        Tasks of the largest; above 300 the bar is there from the beginning, otherwise
+        after two seconds.
+    verbose : bool or None
+        Whether to show it; None: if standard error is a terminal.
+
+    Returns
+    -------
+    tqdm
+        The steps again; the bar goes away at their end.
+
+    Examples
+    --------
+    >>> list(tell("abc", "letters", total=3, n_tasks=9, verbose=False))
+    ['a', 'b', 'c']
+    """
+    return tqdm(
+        steps,
+        desc=f"fit to {n_tasks} tasks",
+        total=total,
+        unit=f" {what}",
+        delay=0.0 if n_tasks > MANY else SECONDS,
+        disable=None if verbose is None else not verbose,
+        leave=False,
+        dynamic_ncols=True,
+    )
+
 
 class WorkersLost(RuntimeError):
     """Those who do the work ended before it was done."""

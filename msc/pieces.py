@@ -11,6 +11,7 @@ from numpy.typing import ArrayLike
 from sklearn.cluster import AgglomerativeClustering, KMeans
 from sklearn.metrics import adjusted_rand_score
 
+from msc.arrays import to_floats
 from msc.smce import SMCE
 
 
@@ -48,7 +49,7 @@ def compare_clusterers(
     >>> table.loc[(3, "k-means")].tolist()
     [2.0, 2.0, 1.0]
     """
-    points, at = np.asarray(policies, dtype=float), np.asarray(jumps, dtype=int)
+    points, at = to_floats("policies", policies), np.asarray(jumps, dtype=int)
     pieces = np.searchsorted(at, np.arange(len(points)))
     rows = {}
     for count in counts:

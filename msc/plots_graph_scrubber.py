@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from scipy.sparse.csgraph import connected_components
 from sklearn.decomposition import PCA
 
-from msc.looks import CHART_COLOURS, TRIO
+from msc.looks import CHART_COLOURS, TRIO, chart_colour
 from msc.marks import FLAT, TASK_AXIS, WEIGHT_NAMES
 from msc.plots_graph import CLOSE, edges, plot_graph
 from msc.scrubber import Mark, Panel, Scrubber, choose_ticks
@@ -17,7 +17,7 @@ from msc.smce import SMCE
 from msc.spectral import elbow
 
 ACROSS = TRIO[1]  # edges that join different curves
-MAX_CHARTS = len(CHART_COLOURS)
+MAX_CHARTS = len(CHART_COLOURS)  # of a slider's steps, if it does not begin beyond
 MARGIN = 0.06  # of a panel's range, around all points
 
 
@@ -114,7 +114,8 @@ def scrub_charts(
     weight : int
         Which weight is shown over the tasks.
     first : int, default=4
-        The number of charts shown at first.
+        The number of charts shown at first; the slider goes as far at least. Beyond
+        the last colour of charts the colours come again.
 
     Returns
     -------
@@ -123,7 +124,8 @@ def scrub_charts(
         that SMCE makes of them; one weight over the tasks; and the squares within
         charts, of which the elbow is read.
     """
-    counts = range(1, MAX_CHARTS + 1)
+    n_counts = max(MAX_CHARTS, first)
+    counts = range(1, n_counts + 1)
     fits = [SMCE(count, random_state=0).fit(policies) for count in counts]
     labels, curve = [fit.labels_ for fit in fits], fits[0].elbow_curve_
     plane = PCA(2).fit_transform(policies)
@@ -149,31 +151,31 @@ def scrub_charts(
                 _range(plane[:, 1]),
                 [
                     Mark("segments", graph, width=1.0, opacity=0.4),
-                    *_chart_dots(plane, labels, MAX_CHARTS),
+                    *_chart_dots(plane, labels, n_counts),
                 ],
             ),
             Panel(
                 "One policy weight over the task angle, coloured by chart.",
                 (0, 360),
                 _range(values),
-                _chart_dots(np.c_[degrees, values], labels, MAX_CHARTS, width=2.0),
+                _chart_dots(np.c_[degrees, values], labels, n_counts, width=2.0),
                 aspect=FLAT,
                 **TASK_AXIS,
                 y_label=f"policy weight {WEIGHT_NAMES[weight]}",
                 y_ticks=choose_ticks(*_range(values)),
             ),
-            _elbow_panel(curve),
+            _elbow_panel(curve, n_counts),
         ],
         poster=plot_graph(plane, fits[first - 1], f"{first} charts", "auto"),
         poster_alt=f"{alt}. {captions[first - 1]}",
         first=first - 1,
         seconds=6.0,
         walks=True,
-        legend=_legend(MAX_CHARTS),
+        legend=_legend(n_counts),
     )
 
 
-def _elbow_panel(curve: NDArray[np.float64]) -> Panel:
+def _elbow_panel(curve: NDArray[np.float64], n_counts: int) -> Panel:
     """Show the squares within charts over the number of charts, as shares of one's."""
     points = np.c_[np.arange(1, len(curve) + 1), curve / curve[0]]
     return Panel(
@@ -183,7 +185,7 @@ def _elbow_panel(curve: NDArray[np.float64]) -> Panel:
         [
             Mark("line", points, opacity=0.6),
             Mark("line", points[[0, -1]], width=1.0, opacity=0.4, dash=(4, 3)),
-            Mark("dots", points[:MAX_CHARTS, None], "step", width=5.0),
+            Mark("dots", points[:n_counts, None], "step", width=5.0),
         ],
         aspect=FLAT,
         x_label="charts",
@@ -205,7 +207,7 @@ def _chart_dots(
             "dots",
             [points[found == chart] for found in labels],
             "step",
-            colour=CHART_COLOURS[chart],
+            colour=chart_colour(chart),
             width=width,
         )
         for chart in range(n_charts)
@@ -220,7 +222,7 @@ def _range(values: NDArray[np.float64]) -> tuple[float, float]:
 
 def _legend(n_charts: int) -> dict[str, str]:
     """Name the colours of charts."""
-    return {f"chart {k + 1}": CHART_COLOURS[k] for k in range(n_charts)}
+    return {f"chart {k + 1}": chart_colour(k) for k in range(n_charts)}
 
 
 def _pieces(fit: SMCE) -> str:

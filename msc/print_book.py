@@ -15,11 +15,14 @@ import tempfile
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
+from urllib.parse import unquote
 
 import yaml
 
-from msc.book import page_names
+from msc.book import IN_USE, page_names
 from msc.chapters import BookError
+from msc.environment import environment
+from msc.files import locked
 from msc.release import release_name
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
@@ -44,6 +47,8 @@ def print_book(root: Path) -> Path:
     ------
     FileNotFoundError
         If the book is not built, or there is no Chromium.
+    ValueError
+        If the book is being built.
     BookError
         If Chromium prints nothing.
     """
@@ -55,38 +60,18 @@ def print_book(root: Path) -> Path:
         )
     toc = yaml.safe_load((root / "_toc.yml").read_text(encoding="utf-8"))
     config = yaml.safe_load((root / "_config.yml").read_text(encoding="utf-8"))
+    text = one_page(build / "html", toc, config["title"], config["author"])
     page = build / "book.html"
     target = build / "release" / f"{release_name(root)}.pdf"
     target.parent.mkdir(exist_ok=True)
-    page.write_text(
-        one_page(build / "html", toc, config["title"], config["author"]),
-        encoding="utf-8",
-    )
-    target.unlink(missing_ok=True)
-    with tempfile.TemporaryDirectory(prefix="msc-") as profile:
-        ran = subprocess.run(
-            [
-                browser,
-                "--headless",
-                "--no-sandbox",
-                "--disable-gpu",
-                "--disable-background-networking",
-                "--no-first-run",
-                "--no-pdf-header-footer",
-                "--generate-pdf-document-outline",
-                "--virtual-time-budget=60000",
-                f"--user-data-dir={profile}",
-                f"--print-to-pdf={target}",
-                page.as_uri(),
-            ],
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-    if not target.exists():
-        last_words = (ran.stderr.strip() or "it said nothing").splitlines()[-1]
-        raise BookError(f"{Path(browser).name} printed nothing: {last_words}")
-    target.write_bytes(without_dates(target.read_bytes()))
+    with locked(build, IN_USE.format(build)):
+        page.write_text(text, encoding="utf-8")
+        target.unlink(missing_ok=True)
+        said = _print(browser, page, target)
+        if not target.exists():
+            last_words = (said.strip() or "it said nothing").splitlines()[-1]
+            raise BookError(f"{Path(browser).name} printed nothing: {last_words}")
+        target.write_bytes(without_dates(target.read_bytes()))
     return target
 
 
@@ -152,7 +137,8 @@ def one_page(html: Path, toc: Mapping[str, Any], title: str, author: str) -> str
         if (found := re.search(pattern, everything))
     ]
     bodies = [
-        f'<article class="bd-article" id="{name}">{_body(name, text, names)}</article>'
+        f'<article class="bd-article" id="{markup.escape(name)}">'
+        f"{_body(name, text, names)}</article>"
         for name, text in pages.items()
     ]
     titles = {name: _title(text) for name, text in pages.items()}
@@ -177,12 +163,38 @@ def one_page(html: Path, toc: Mapping[str, Any], title: str, author: str) -> str
     return re.sub(r'((?:src|<link[^>]*href)=")(?=_)', rf"\1{html.name}/", page)
 
 
+def _print(browser: str, page: Path, target: Path) -> str:
+    """Print a page as a PDF; return what the browser wrote to stderr."""
+    with tempfile.TemporaryDirectory(prefix="msc-") as profile:
+        return subprocess.run(
+            [
+                browser,
+                "--headless",
+                "--no-sandbox",
+                "--disable-gpu",
+                "--disable-background-networking",
+                "--no-first-run",
+                "--no-pdf-header-footer",
+                "--generate-pdf-document-outline",
+                "--virtual-time-budget=60000",
+                f"--user-data-dir={profile}",
+                f"--print-to-pdf={target}",
+                page.as_uri(),
+            ],
+            env=environment(page.with_name("cache")),
+            capture_output=True,
+            encoding="utf-8",
+            errors="replace",
+            check=False,
+        ).stderr
+
+
 def _contents(toc: Mapping[str, Any], titles: Mapping[str, str]) -> str:
     """Write links to all pages, part by part."""
 
     def links(entries: Any) -> str:
         items = [
-            f'<li><a href="#{name}">{titles[name]}</a></li>'
+            f'<li><a href="#{markup.escape(name)}">{titles[name]}</a></li>'
             for name in page_names(entries)
         ]
         return f"<ul>{''.join(items)}</ul>"
@@ -212,14 +224,18 @@ def _body(name: str, page: str, names: Sequence[str]) -> str:
     text = re.sub(r"<details\b", "<details open", text)
     # A film would be caught at any moment; it has a picture beside it.
     text = re.sub(r'src="_images/(\w+)\.gif"', r'src="_static/\1.png"', text)
-    text = re.sub(r'(\s(?:id|for|name|aria-labelledby)=")', rf"\1{name}--", text)
+    text = re.sub(
+        r'(\s(?:id|for|name|aria-labelledby)=")',
+        lambda found: f"{found[1]}{markup.escape(name)}--",
+        text,
+    )
 
     def link(match: re.Match[str]) -> str:
         before, address, after, content = match.groups()
-        file, _, anchor = address.partition("#")
+        file, _, anchor = unquote(markup.unescape(address)).partition("#")
         target = file.removesuffix(".html") if file else name
         if target in names:
-            address = f"#{target}--{anchor}" if anchor else f"#{target}"
+            address = markup.escape(f"#{target}--{anchor}" if anchor else f"#{target}")
         elif not re.match(r"[a-z]+:", address):  # a file beside the book
             return f"<span>{content}</span>"
         return f'<a{before}href="{address}"{after}>{content}</a>'

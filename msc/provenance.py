@@ -5,12 +5,15 @@ from __future__ import annotations
 import hashlib
 import html
 import json
+import shlex
 from collections.abc import Sequence
 from pathlib import PurePosixPath
 from typing import Any
+from urllib.parse import quote
 
 from msc import notebook as nb
 from msc.chapters import Chapter
+from msc.escapes import fenced
 from msc.figures import DOWNLOADS, Picture
 
 # Packages that figures owe their numbers and looks to; others only carry them.
@@ -74,7 +77,8 @@ def provenance_html(chapter: Chapter, picture: Picture | None = None) -> str:
     ]
     together = hashlib.sha256("".join(record.files[m] for m in modules).encode())
     versions = [
-        f"{'Python' if package == 'python' else package} {record.packages[package]}"
+        f"{'Python' if package == 'python' else package} "
+        f"{html.escape(record.packages[package])}"
         for package in TELLING
         if package in record.packages
     ]
@@ -86,7 +90,8 @@ def provenance_html(chapter: Chapter, picture: Picture | None = None) -> str:
         links.insert(0, (f"{DOWNLOADS}/{picture.name}.svg", "figure as SVG"))
     rows = {
         "Made by": f"{_code(f'book/{name}.ipynb')}"
-        f'<span data-seconds="{name}"></span>' + (f", {settings}" if settings else ""),
+        f'<span data-seconds="{html.escape(name)}"></span>'
+        + (f", {settings}" if settings else ""),
         "From": ", ".join(inputs),
         "Code": f"{len(modules)} modules of msc, {together.hexdigest()[:8]}"
         if modules
@@ -94,7 +99,7 @@ def provenance_html(chapter: Chapter, picture: Picture | None = None) -> str:
         "With": ", ".join(versions),
         "Again": _code(remake_command(chapter)),
         "Take": ", ".join(
-            f'<a href="{address}" download>{what}</a>' for address, what in links
+            f'<a href="{quote(address)}" download>{what}</a>' for address, what in links
         ),
     }
     what = "figure" if picture else "chapter"
@@ -121,11 +126,13 @@ def remake_command(chapter: Chapter) -> str:
     """
     declared = nb.parameters(chapter.notebook)
     options = "".join(
-        f" -p {name} {value}"
+        f" -p {name} {shlex.quote(str(value))}"
         for name, value in chapter.parameters.items()
         if name not in declared or declared[name].default != repr(value)
     )
-    return f"msc run book/{chapter.name}.ipynb{options} --out {chapter.name}.ipynb"
+    notebook = f"{chapter.name}.ipynb"
+    source, target = shlex.quote(f"book/{notebook}"), shlex.quote(notebook)
+    return f"msc run {source}{options} --out {target}"
 
 
 def seconds_script(chapters: Sequence[Chapter]) -> str:
@@ -156,7 +163,7 @@ def _cell(chapter: Chapter, picture: Picture | None) -> nb.Cell:
         "cell_type": "markdown",
         "id": f"provenance-{number}",
         "metadata": {},
-        "source": provenance_html(chapter, picture),
+        "source": fenced(provenance_html(chapter, picture), "{raw} html"),
     }
 
 

@@ -1,8 +1,9 @@
 """What a run of a chapter depended on: enough to tell whether it still holds.
 
 A run holds as long as the code cells are the same, every file that it read (see
-`msc.kernel`) has the content it had then, and every package that it imported has the
-version it had then.
+`msc.kernel`) has the content it had then, every package that it imported has the
+version it had then, and so has every variable of its environment (see
+`msc.environment`) the value.
 """
 
 from __future__ import annotations
@@ -17,6 +18,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
+from msc.environment import chosen
 from msc.kernel import digest
 
 _NAMED = 4  # of the files that changed; the others are counted
@@ -34,6 +36,8 @@ class Record:
         What was read: path relative to the repository, and SHA-256.
     packages : dict of str to str
         What was imported: distribution and version; Python itself is among them.
+    environment : dict of str to str
+        What was chosen of the environment.
     seconds : float
         Wall time of the run, the start of its kernel included.
     """
@@ -41,6 +45,7 @@ class Record:
     code: str
     files: dict[str, str]
     packages: dict[str, str]
+    environment: dict[str, str]
     seconds: float
 
     def changes(self, code: str, root: Path) -> list[str]:
@@ -68,6 +73,13 @@ class Record:
         for name, version in self.packages.items():
             if (installed := version_of(name)) != version:
                 reasons.append(f"{name} {version} became {installed or 'missing'}")
+        present = chosen()
+        for name in sorted({*present, *self.environment}):
+            then, is_now = (
+                one.get(name, "unset") for one in (self.environment, present)
+            )
+            if then != is_now:
+                reasons.append(f"{name} {then} became {is_now}")
         return reasons
 
     def to_json(self) -> dict[str, Any]:

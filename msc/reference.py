@@ -14,6 +14,8 @@ from pathlib import Path
 
 from msc import notebook as nb
 from msc.chapters import BookError, run_tool
+from msc.escapes import code, fenced, label, plain
+from msc.schema import Parameter
 
 PARAMETERS = "parameters_tables.md"
 COMMANDS = "commands_help.md"
@@ -50,7 +52,7 @@ def write_reference(root: Path, stage: Path, chapters: Sequence[Path]) -> None:
         tables = parameters_markdown(chapters)
         (folder / PARAMETERS).write_text(tables, encoding="utf-8")
     if (book / "commands.md").is_file():
-        told = run_tool("msc.cli:main", ["help"], COLUMNS="80")
+        told = run_tool("msc.cli:main", ["help"], cache=root / "_build" / "cache")
         if told.returncode != 0:
             raise BookError(f"msc help failed:\n{told.stderr.strip()}")
         (folder / COMMANDS).write_text(commands_markdown(told.stdout), encoding="utf-8")
@@ -105,16 +107,17 @@ def parameters_markdown(chapters: Sequence[Path]) -> str:
     for path in chapters:
         notebook = nb.read_notebook(path)
         parameters = nb.parameters(notebook)
-        link = f"[{nb.title(notebook) or path.stem}]({path.stem})"
+        link = f"[{label(nb.title(notebook) or plain(path.stem))}]({path.stem})"
         if not parameters:
             others.append(link)
             continue
         rows = [
-            f"| `{name}` | `{default}` | {meaning or '–'} |"
-            for name, (default, meaning) in parameters.items()
+            f"| {' | '.join((code(name), code(one.default), *_words(one)))} |"
+            for name, one in parameters.items()
         ]
-        head = f"## {link}\n\n`book/{path.name}`\n"
-        table = ["| parameter | default | meaning |", "|---|---|---|", *rows]
+        head = f"## {link}\n\n{code(f'book/{path.name}')}\n"
+        table = ["| parameter | default | meaning | values |", "|---|---|---|---|"]
+        table += rows
         sections.append("\n".join([head, *table]))
     if others:
         sections.append(f"Without parameters: {', '.join(others)}.")
@@ -153,7 +156,7 @@ def commands_markdown(text: str) -> str:
         if part.strip():
             command = re.match(r"usage: (msc [a-z]+)", part)
             head = f"## {command[1]}\n\n" if command else ""
-            sections.append(f"{head}```text\n{part.strip()}\n```")
+            sections.append(f"{head}{fenced(part.strip(), 'text')}")
     return "\n\n".join(sections) + "\n"
 
 
@@ -207,10 +210,20 @@ def sources_markdown(links: Sequence[tuple[str, str]], root: Path) -> str:
             f"{{download}}`tests/{file}.py <../tests/{file}.py>`"
         )
         for name in (name for other, name in links if other == file):
-            code = _source(path, name)
+            block = fenced(_source(path, name), "python")
             words = name.removeprefix("test_").replace("_", " ")
-            sections.append(f"({file}.{name})=\n### {words}\n\n```python\n{code}\n```")
+            sections.append(f"({file}.{name})=\n### {words}\n\n{block}")
     return "\n\n".join(sections) + "\n"
+
+
+def _words(parameter: Parameter) -> tuple[str, str]:
+    """Say what a parameter means and may be; what is quoted is code."""
+    wanted = re.sub(
+        r'("[^"]*")|[^\s"]+|"',
+        lambda word: (code if word[1] else plain)(word[0]),
+        parameter.wanted,
+    )
+    return plain(parameter.meaning) or "–", wanted
 
 
 def _source(path: Path, name: str) -> str:

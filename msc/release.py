@@ -12,8 +12,10 @@ import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
-from msc.book import build_book
+from msc.book import IN_USE, build_book
 from msc.chapters import BookError
+from msc.environment import environment
+from msc.files import locked
 from msc.provenance import SECONDS
 
 # What two builds of one commit may differ in: how long the chapters took.
@@ -69,6 +71,8 @@ def release_book(root: Path) -> Path:
     ------
     FileNotFoundError
         If the book is not built.
+    ValueError
+        If it is being built.
     """
     html, name = root / "_build" / "html", release_name(root)
     if not (html / "index.html").is_file():
@@ -76,10 +80,11 @@ def release_book(root: Path) -> Path:
             f"{html} has no index.html: build the book first, by `make book`"
         )
     folder = root / "_build" / "release" / name
-    shutil.rmtree(folder, ignore_errors=True)
-    shutil.copytree(html, folder)
     target = folder.with_name(f"{name}.zip")
-    pack(folder, target)
+    with locked(html.parent, IN_USE.format(html.parent)):
+        shutil.rmtree(folder, ignore_errors=True)
+        shutil.copytree(html, folder)
+        pack(folder, target)
     return target
 
 
@@ -144,7 +149,8 @@ def build_twice(
                 shutil.copy(source, copy)
         command = [sys.executable, "-m", "msc", "book", "--profile", profile]
         command += ["--jobs", str(jobs)]
-        if subprocess.run(command, cwd=copy, check=False).returncode:
+        chosen = environment(copy / "_build" / "cache")
+        if subprocess.run(command, cwd=copy, env=chosen, check=False).returncode:
             raise BookError("the book could not be built again elsewhere")
         there = copy / "_build" / "html"
         return [name for name in differences(here, there) if name not in MAY_DIFFER]

@@ -53,7 +53,7 @@ def render(stage: Path) -> Path:
     ----------
     stage : Path
         The folder; its `book/` holds the pages, their configuration and table of
-        contents.
+        contents. The folder `cache` beside it holds the home of processes.
 
     Returns
     -------
@@ -69,19 +69,21 @@ def render(stage: Path) -> Path:
     work = stage / _WORK
     html, conditions = work / "html", work / _CONDITIONS
     now = _conditions(stage / "book")
-    if conditions.exists() and conditions.read_text() == now:
+    if conditions.exists() and conditions.read_text("utf-8") == now:
         shutil.rmtree(html, ignore_errors=True)
     else:
         shutil.rmtree(work, ignore_errors=True)
     arguments: list[str | Path] = ["build", stage / "book", "--path-output", stage]
     arguments += ["-W", "-n", "--keep-going", "--quiet"]
-    result = run_tool("jupyter_book.cli.main:main", arguments, PYTHONHASHSEED="0")
+    result = run_tool(
+        "jupyter_book.cli.main:main", arguments, cache=stage.with_name("cache")
+    )
     if result.returncode != 0 or not (html / "index.html").exists():
         shutil.rmtree(work, ignore_errors=True)
         said = re.sub(r"\x1b\[[0-9;]*m", "", result.stderr or result.stdout)
         said = said.replace(f"{stage}{os.sep}", "")
         raise BookError(f"the book did not render:\n{said.strip()}")
-    conditions.write_text(now)
+    conditions.write_text(now, "utf-8")
     return html
 
 

@@ -72,7 +72,7 @@ def read_result(path: Path, data: Path) -> Any:
     remake = _COMMANDS.get(kind, "make data").format(world=world)
     if not path.is_file():
         raise ValueError(f"{path.name} is not there; make it: {remake}")
-    if path.suffix == ".csv":
+    if path.suffix.lower() == ".csv":
         return pd.read_csv(path)
     found = json.loads(path.read_text(encoding="utf-8"))
     for table, digest in found.get("provenance", {}).get("data", {}).items():

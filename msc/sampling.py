@@ -7,6 +7,8 @@ from math import comb
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from msc.arrays import to_floats
+
 DESIGNS = ("even", "uniform", "nonuniform")
 
 Indices = NDArray[np.intp]
@@ -140,9 +142,33 @@ def take_evenly(tasks: ArrayLike, n_samples: int) -> Indices:
     return np.asarray(chosen)
 
 
+def nearest_task(tasks_deg: ArrayLike, task_deg: float) -> int:
+    """Find the task nearest to another, round the circle.
+
+    Parameters
+    ----------
+    tasks_deg : array_like of shape (n_tasks,)
+        Task angles (degrees).
+    task_deg : float
+        The other (degrees).
+
+    Returns
+    -------
+    int
+        Its index; the first, of two that are equally near.
+
+    Examples
+    --------
+    >>> nearest_task([0, 120, 240], 359.9)
+    0
+    """
+    apart = np.abs(np.asarray(tasks_deg, dtype=float) - task_deg) % 360
+    return int(np.minimum(apart, 360 - apart).argmin())
+
+
 def _check_angles(tasks: ArrayLike) -> NDArray[np.float64]:
     """Return the tasks in a row, if they are angles in [0, 2π)."""
-    angles = np.asarray(tasks, dtype=float)
+    angles = to_floats("tasks", tasks)
     if angles.shape not in ((angles.size,), (angles.size, 1)):
         raise ValueError(f"tasks of shape {angles.shape}; wanted one angle a task")
     angles = angles.reshape(-1)

@@ -190,12 +190,12 @@ class Scrubber:
         )
         legend = "".join(
             f'<span><i data-colour="{colour}" style="background:{colour}"></i>'
-            f"{html.escape(name)}</span>"
-            for name, colour in self.legend.items()
+            f"{name}</span>"
+            for name, colour in (map(html.escape, one) for one in self.legend.items())
         )
         plays = self.walks or self.n_times > 1
         play = '<button type="button">Play</button>' if plays else ""
-        data = json.dumps(self._data(), separators=(",", ":")).replace("</", "<\\/")
+        data = json.dumps(self._data(), separators=(",", ":")).replace("<", r"\u003c")
         return (
             '<div class="msc-scrubber">'
             f'<img class="msc-poster" alt="{html.escape(self.poster_alt)}" '

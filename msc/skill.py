@@ -8,6 +8,7 @@ classifier, the *gate*, tells which chart a new task belongs to.
 from __future__ import annotations
 
 import inspect
+import math
 from collections.abc import Callable
 from typing import Any, ClassVar, Self
 
@@ -24,7 +25,14 @@ from sklearn.svm import SVC
 from sklearn.utils._param_validation import HasMethods, StrOptions
 from sklearn.utils.validation import check_is_fitted
 
-from msc.gaussian import gaussian_classifier, gaussian_process, warn_of_scale
+from msc.arrays import REAL, check_real
+from msc.gaussian import (
+    gaussian_classifier,
+    gaussian_process,
+    is_tuned,
+    warn_of_scale,
+)
+from msc.parallel import tell
 from msc.smce import SMCE
 from msc.validation import (
     RANDOM_STATE,
@@ -59,6 +67,9 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
     random_state : int, RandomState instance, Generator or None, default=None
         Given to every part whose own `random_state` is None. None draws fresh
         entropy; NumPy's global generator is left alone.
+    verbose : bool or None, default=None
+        Whether a fit of more than about two seconds shows a progress bar on standard
+        error: None where that is a terminal, True in a notebook too.
 
     Attributes
     ----------
@@ -109,6 +120,7 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
         "gate": [StrOptions({"nearest", "svm", "gp"}), HasMethods(["fit", "predict"])],
         "regressor": [HasMethods(["fit", "predict"]), None],
         "random_state": RANDOM_STATE,
+        "verbose": ["boolean", None],
     }
 
     def __init__(
@@ -118,11 +130,44 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
         gate: Any = "nearest",
         regressor: Any = None,
         random_state: RandomState = None,
+        verbose: bool | None = None,
     ) -> None:
         self.charts = charts
         self.gate = gate
         self.regressor = regressor
         self.random_state = random_state
+        self.verbose = verbose
+
+    def set_params(self, **params: Any) -> Self:
+        """Set parameters of the skill, or of its parts.
+
+        Parameters
+        ----------
+        **params : dict
+            By the names of `get_params`; ``charts__n_clusters`` if `charts` is
+            ``SMCE()``.
+
+        Returns
+        -------
+        ParameterizedSkill
+            The skill itself.
+
+        Raises
+        ------
+        ValueError
+            If a parameter is unknown, or belongs to a part that is not an estimator yet
+            but a string or None.
+        """
+        for name in params:
+            part, is_nested, _ = name.partition("__")
+            given = params.get(part, getattr(self, part, self))
+            if is_nested and part in _INSTEAD and isinstance(given, str | None):
+                raise ValueError(
+                    f"{name} cannot be set while {part}={given!r}: pass "
+                    f"{part}={_INSTEAD[part]}, whose parameters have names."
+                )
+        super().set_params(**params)
+        return self
 
     def fit(self, X: Any, y: Any) -> Self:
         """Find the charts of the policies; fit the gate and every chart's regressions.
@@ -143,13 +188,14 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
         Raises
         ------
         ValueError
-            If a parameter is unknown, there are fewer tasks than charts, or `y` is not
-            finite, too large or too small.
+            If a parameter is unknown, there are fewer tasks than charts, `y` is not
+            finite, too large or too small, or the clusterer does not return a label for
+            each policy.
         """
         self._validate_params()
         X, y = validate_pairs(self, X, y)
         check_magnitude("y", y)
-        if self.regressor is None:
+        if is_tuned(self.regressor):
             warn_of_scale(X)
         self._is_single_output = y.ndim == 1
         policies = y.reshape(len(X), -1)
@@ -158,19 +204,25 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
         if self.charts is not None:
             clusterer = SMCE() if isinstance(self.charts, str) else self.charts
             self.clusterer_ = _seeded_clone(clusterer, seed)
-            labels = self.clusterer_.fit_predict(policies)
+            labels = _check_labels(self.clusterer_, policies)
         names, self.charts_ = np.unique(labels, return_inverse=True)
         self.n_charts_ = len(names)
         gate = _GATES[self.gate]() if isinstance(self.gate, str) else self.gate
         gate = gate if self.n_charts_ > 1 else DummyClassifier()
         self.gate_ = _seeded_clone(gate, seed).fit(X, self.charts_)
         spreads = policies.std(axis=0)
+        charts = [self.charts_ == c for c in range(self.n_charts_)]
+        fits = (
+            self._regressor(in_chart.sum(), spread, seed).fit(X[in_chart], values)
+            for in_chart in charts
+            for values, spread in zip(policies[in_chart].T, spreads, strict=True)
+        )
+        n_params, n_fits = len(spreads), len(charts) * len(spreads)
+        largest = max(in_chart.sum() for in_chart in charts)
+        what = {"total": n_fits, "n_tasks": largest, "verbose": self.verbose}
+        fitted = list(tell(fits, "regressions", **what))
         self.regressors_ = [
-            [
-                self._regressor(in_chart.sum(), spread, seed).fit(X[in_chart], values)
-                for values, spread in zip(policies[in_chart].T, spreads, strict=True)
-            ]
-            for in_chart in (self.charts_ == c for c in range(self.n_charts_))
+            fitted[first : first + n_params] for first in range(0, n_fits, n_params)
         ]
         return self
 
@@ -253,6 +305,7 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
         return np.asarray(self.gate_.predict(X), dtype=np.intp)
 
     def _check(self, chart: ArrayLike, n_tasks: int) -> Charts:
+        check_real("chart", chart)
         charts = np.asarray(chart)
         if charts.shape != (n_tasks,):
             raise ValueError(
@@ -266,6 +319,27 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
                 f"Got {unknown.tolist()}."
             )
         return charts.astype(np.intp)
+
+
+def _check_labels(clusterer: Any, policies: Array) -> NDArray[Any]:
+    """Ask a clusterer for charts; refuse what is no label for each policy."""
+    labels: Any = np.asarray(clusterer.fit_predict(policies), dtype=object)
+    problem = ""
+    if labels.shape != (len(policies),):
+        problem = f"labels of shape {labels.shape}"
+    elif not all(isinstance(one, str) for one in labels):
+        bad = [one for one in labels if not _is_number(one)]
+        problem = f"the label {bad[0]!r}" if bad else ""
+    if problem:
+        raise ValueError(
+            f"charts={clusterer!r} returned {problem}; wanted one for each of the "
+            f"{len(policies)} policies: a number, or all strings."
+        )
+    return np.array(labels.tolist())
+
+
+def _is_number(label: Any) -> bool:
+    return isinstance(label, _LABELS) and math.isfinite(label)
 
 
 def _returns_std(regressor: Any) -> bool:
@@ -285,6 +359,12 @@ def _seeded_clone(estimator: Any, seed: int) -> Any:
     return copy.set_params(**unset)
 
 
+_LABELS: Any = (*REAL, np.bool_)
+_INSTEAD = {
+    "charts": "SMCE()",
+    "gate": "SVC(), or another classifier",
+    "regressor": "gaussian_process()",
+}
 _GATES: dict[str, Callable[[], Any]] = {
     "nearest": lambda: KNeighborsClassifier(n_neighbors=1),
     # Chart labels carry no noise, hence little slack: even small charts are learned.

@@ -45,6 +45,7 @@ COLUMNS: dict[str, tuple[str, str]] = {
 }
 
 PACKAGE = "datapackage.json"
+_SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "pipes", " ": "spaces"}
 _NAMED = ("free", "obstacles", "free_test", "obstacles_test")
 _Package = dict[str, Any]
 _PACKAGES = ("msc", "numpy", "scipy", "cma", "pybullet")
@@ -73,8 +74,9 @@ def load_dataset(
     Raises
     ------
     ValueError
-        If the file is missing, lacks a column, has duplicate tasks or NaN, or no longer
-        has the checksum that its data package states.
+        If the file is missing, lacks a column, has duplicate tasks, tasks outside [0°,
+        360°) or NaN, is not separated by commas, or no longer has the checksum that its
+        data package states.
 
     Examples
     --------
@@ -90,25 +92,42 @@ def load_dataset(
         )
     _verify(path)
     try:
-        table = pd.read_csv(path)
+        table = pd.read_csv(path, skipinitialspace=True)
+        table.columns = table.columns.astype(str).str.strip()
     except ValueError as error:
-        raise ValueError(f"{path.name}: wanted a table: {error}") from None
+        raise ValueError(f"{path.name}: {_foreign(path) or error}") from None
     missing = [column for column in COLUMNS if column not in table]
     if missing:
-        raise ValueError(f"{path.name}: columns missing: {', '.join(missing)}")
+        said = _foreign(path) or f"columns missing: {', '.join(missing)}"
+        raise ValueError(f"{path.name}: {said}")
+    twice = table.columns[table.columns.duplicated()]
+    if len(twice):
+        raise ValueError(f"{path.name}: columns given twice: {', '.join(twice)}")
+    if not isinstance(table.index, pd.RangeIndex):
+        raise ValueError(
+            f"{path.name}: rows hold more values than there are columns; wanted as "
+            "many, and decimal points, not commas"
+        )
     if table.empty:
         raise ValueError(f"{path.name}: no rows; wanted at least one task")
     numbers = table[[name for name, (kind, _) in COLUMNS.items() if kind != "string"]]
     try:
         values = numbers.fillna({"margin": 0.0}).to_numpy(dtype=float)
     except ValueError as error:
-        raise ValueError(f"{path.name}: wanted numbers: {error}") from None
+        commas = "" if "," not in str(error) else "; wanted decimal points, no commas"
+        raise ValueError(f"{path.name}: wanted numbers: {error}{commas}") from None
     bad = numbers.columns[~np.isfinite(values).all(axis=0)]
     if len(bad):
         raise ValueError(f"{path.name}: NaN or infinite values in {', '.join(bad)}")
     duplicates = table["task_deg"][table["task_deg"].duplicated()].tolist()
     if duplicates:
         raise ValueError(f"{path.name}: duplicate tasks at task_deg={duplicates}")
+    beyond = table["task_deg"][~table["task_deg"].between(0, 360, "left")].tolist()
+    if beyond:
+        raise ValueError(
+            f"{path.name}: tasks outside the turn at task_deg={beyond}; wanted angles "
+            "from 0 to below 360"
+        )
     table = table.sort_values("task_deg", ignore_index=True)
     tasks = np.deg2rad(table[["task_deg"]].to_numpy())
     return tasks, table[list(WEIGHTS)].to_numpy(), table
@@ -214,6 +233,33 @@ def read_package(folder: Path) -> dict[str, Any]:
             "objects with a `path` each; mend it or remove it"
         )
     return dict(package)
+
+
+def _foreign(path: Path) -> str:
+    """Say what separates a table's columns, if it is not commas."""
+    try:
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
+    except UnicodeDecodeError as error:
+        return f"wanted a table in UTF-8: {error}"
+    first = next((line for line in lines if line.strip()), "")
+    if first.lower().startswith("sep="):
+        separator = first[4:5] or "\t"
+    else:
+        separator = max((",", *_SEPARATORS), key=lambda sign: _n_known(first, sign))
+    name = _SEPARATORS.get(separator, repr(separator))
+    if separator == "," and first[:4].lower() != "sep=":
+        return ""
+    also = f" and the first line is {first!r}" if first[:4].lower() == "sep=" else ""
+    return (
+        f"columns are separated by {name}{also}; wanted commas, decimal points and "
+        "nothing before the names of the columns"
+    )
+
+
+def _n_known(header: str, separator: str) -> int:
+    """Count the columns' names in a line."""
+    names = {name.strip(" \"'") for name in header.split(separator)}
+    return len(names & set(COLUMNS))
 
 
 def _verify(path: Path) -> None:

@@ -9,7 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import issparse
 from sklearn.utils import check_random_state
-from sklearn.utils.validation import assert_all_finite, validate_data
+from sklearn.utils.validation import validate_data
+
+from msc.arrays import check_real, to_floats
 
 Array = NDArray[np.float64]
 RandomState: TypeAlias = int | np.random.RandomState | np.random.Generator | None
@@ -19,6 +21,9 @@ RANDOM_STATE = ["random_state", np.random.Generator]
 
 MAGNITUDES = (1e-100, 1e100)
 """Of values whose sums of squares are sure to be neither infinite nor lost."""
+
+
+_NO_NUMBERS = ("could not convert", "float() argument", "setting an array", "The DType")
 
 
 def validate_points(estimator: Any, X: Any, **options: Any) -> Array:
@@ -41,12 +46,17 @@ def validate_points(estimator: Any, X: Any, **options: Any) -> Array:
     Raises
     ------
     ValueError
-        If they are not finite numbers, or of another shape.
+        If they are not finite real numbers, or of another shape.
+    TypeError
+        If they are a sparse matrix, or objects other than numbers.
     """
+    check_real("X", X)
     try:
-        return np.asarray(validate_data(estimator, X, dtype=np.float64, **options))
-    except (ValueError, OverflowError) as error:
+        with np.errstate(over="ignore"):  # of longer floats: told as infinity
+            points = validate_data(estimator, X, dtype=np.float64, **options)
+    except (TypeError, ValueError, OverflowError) as error:
         raise _named("X", error) from None
+    return np.asarray(points)
 
 
 def validate_pairs(estimator: Any, X: Any, y: Any) -> tuple[Array, Array]:
@@ -71,26 +81,28 @@ def validate_pairs(estimator: Any, X: Any, y: Any) -> tuple[Array, Array]:
     Raises
     ------
     ValueError
-        If they are not finite numbers, of other shapes, or of different lengths.
+        If they are not finite real numbers, of other shapes, or of different lengths.
     TypeError
-        If the policies are a sparse matrix.
+        If they are sparse matrices, or tasks objects other than numbers.
     """
     if issparse(y):
         raise TypeError(
             "Sparse data was passed for y, but dense data is required. "
             "Use '.toarray()' to convert to a dense numpy array."
         )
+    if y is not None:
+        y = to_floats("y", y)
+        if y.ndim == 0:
+            raise ValueError(f"y must hold one policy a task. Got {y.item()}.")
+    check_real("X", X)
     try:
-        X, y = validate_data(
-            estimator, X, y, dtype=np.float64, multi_output=True, y_numeric=True
-        )
         with np.errstate(over="ignore"):
-            policies = np.asarray(y, dtype=np.float64)
-    except (ValueError, OverflowError) as error:
-        validate_points(estimator, X)
-        raise _named("y", error) from None
-    assert_all_finite(policies, input_name="y")
-    return X, policies
+            X, y = validate_data(
+                estimator, X, y, dtype=np.float64, multi_output=True, y_numeric=True
+            )
+    except (TypeError, ValueError, OverflowError) as error:
+        raise _named("X", error) from None
+    return X, y
 
 
 def validate_cost(cost: Any, n_tasks: int) -> Array:
@@ -113,10 +125,7 @@ def validate_cost(cost: Any, n_tasks: int) -> Array:
     ValueError
         If they are not positive finite numbers, one a task.
     """
-    try:
-        costs = np.asarray(cost, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"cost must hold numbers: {error}") from None
+    costs = to_floats("cost", cost)
     if costs.shape != (n_tasks,):
         raise ValueError(
             f"cost must have shape ({n_tasks},), one entry per task. "
@@ -184,10 +193,10 @@ def seed_of(random_state: RandomState) -> int:
     return int(check_random_state(random_state).randint(2**31 - 1))
 
 
-def _named(argument: str, error: ValueError | OverflowError) -> ValueError:
+def _named(argument: str, error: Exception) -> Exception:
     """Name the argument in NumPy's complaint about what is no number."""
     if isinstance(error, OverflowError):
         return ValueError(f"{argument} must hold floats: {error}")
-    if str(error).startswith("could not convert"):
-        return ValueError(f"{argument} must hold numbers: {error}")
+    if str(error).startswith(_NO_NUMBERS):
+        return type(error)(f"{argument} must hold numbers: {error}")
     return error

@@ -5,6 +5,7 @@ from __future__ import annotations
 import logging
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 from joblib import Parallel, delayed, parallel_config
@@ -25,7 +26,8 @@ def open_workers(jobs: int = 1, dask: str | None = None) -> Iterator[Run]:
         Worker processes on this machine.
     dask : str, optional
         Address of a Dask scheduler, ``"tcp://host:port"``, whose workers are used
-        instead. A task whose worker dies is given to another.
+        instead. A task whose worker dies is given to another. At ``"tls://host:port"``
+        the certificate is used that Dask's own settings name.
 
     Yields
     ------
@@ -35,8 +37,9 @@ def open_workers(jobs: int = 1, dask: str | None = None) -> Iterator[Run]:
     Raises
     ------
     ValueError
-        If `dask` is not installed, nothing answers at the address within ten seconds,
-        there are no workers, or they have another `msc` than is here.
+        If `dask` is not installed or lacks a certificate, nothing answers at the
+        address within ten seconds, there are no workers, or they have another `msc`
+        than is here.
     WorkersLost
         If a worker process is killed meanwhile, or crashes; if that happens to every
         worker of Dask's that a task was given to; or if its scheduler is gone.
@@ -65,6 +68,18 @@ def open_workers(jobs: int = 1, dask: str | None = None) -> Iterator[Run]:
         )
 
 
+def _check_certificate(address: str) -> None:
+    """Refuse to connect by TLS where Dask's settings name no certificate."""
+    from dask import config  # noqa: PLC0415
+
+    for name in ("ca-file", "client.cert"):
+        setting = f"distributed.comm.tls.{name}"
+        if not (file := config.get(setting, None)):
+            raise ValueError(f"dask: {address} wants TLS, but {setting} is not set")
+        if not Path(file).is_file():
+            raise ValueError(f"dask: {setting} is {file!r}, but there is no such file")
+
+
 @contextmanager
 def _silenced(name: str) -> Iterator[None]:
     """Keep a library from logging what is told of by an exception."""
@@ -85,6 +100,8 @@ def _connect(address: str) -> Iterator[Run]:
         from distributed.client import FutureCancelledError  # noqa: PLC0415
     except ImportError:
         raise ValueError("dask: wanted the extra, pip install 'msc[cluster]'") from None
+    if address.startswith("tls://"):
+        _check_certificate(address)
     with _silenced("distributed.client"), Client(address, timeout=10) as client:
         try:
             code = client.run(identify_code)

@@ -13,9 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from msc.arrays import LARGEST, check_real, to_floats
 from msc.geometry import Circle, bent_home, chain, clearance
 
 _LINKS = (0.40, 0.35, 0.25)
+_BOUNDS = {"link_lengths": (0.05, 10.0), "link_masses": (0.01, 1000.0)}
 
 
 @dataclass(frozen=True)
@@ -27,7 +29,8 @@ class Workspace:
     name : str
         What tables and captions call it.
     link_lengths, link_masses : tuple of float
-        Lengths (m) and masses (kg) of the links, from the base outwards.
+        Lengths (m), from 0.05 to 10, and masses (kg), from 0.01 to 1000, of the links,
+        from the base outwards.
     home : tuple of float
         Joint angles at the start of every movement (rad). The default puts the end
         effector 0.85 m from the base towards 225°: outside the range of the goal
@@ -45,8 +48,9 @@ class Workspace:
     ------
     ValueError
         If the goal circle is out of the arm's reach, or passes through an obstacle; if
-        there are not three links of positive length and mass; if an obstacle has no
-        positive radius, or stands where the arm is at home.
+        there are not three links of length and mass within bounds; if an angle or an
+        obstacle is not of finite real numbers; if an obstacle has no positive radius,
+        or stands where the arm is at home.
 
     Examples
     --------
@@ -65,9 +69,25 @@ class Workspace:
 
     def __post_init__(self) -> None:
         """Refuse an arm that cannot be, and goals that no movement could reach."""
-        for name in ("link_lengths", "link_masses"):
-            if len(given := getattr(self, name)) != len(_LINKS) or min(given) <= 0:
-                raise ValueError(f"{name}={given}; wanted 3 positive numbers")
+        for name, (lowest, highest) in _BOUNDS.items():
+            given = to_floats(name, getattr(self, name))
+            is_bounded = (lowest <= given) & (given <= highest)
+            if given.shape != (len(_LINKS),) or not is_bounded.all():
+                raise ValueError(
+                    f"{name}={getattr(self, name)}; wanted {len(_LINKS)} positive "
+                    f"numbers from {lowest:g} to {highest:g}"
+                )
+        check_real("goal_radius", self.goal_radius)
+        for name in ("home", "cut_deg", "circles"):
+            if not (np.abs(to_floats(name, getattr(self, name))) <= LARGEST).all():
+                raise ValueError(
+                    f"{name}={getattr(self, name)}; wanted numbers of at most "
+                    f"{LARGEST:g}"
+                )
+        if np.shape(self.home) != (len(_LINKS),) or np.ndim(self.cut_deg):
+            raise ValueError(
+                f"home={self.home}, cut_deg={self.cut_deg}; wanted 3 angles and one"
+            )
         farthest = sum(self.link_lengths)
         nearest = max(0.0, 2 * max(self.link_lengths) - farthest)
         if not nearest < self.goal_radius < farthest:
@@ -158,11 +178,17 @@ class Workspace:
         Raises
         ------
         ValueError
-            If an angle is not a finite number.
+            If an angle is not a finite real number, or beyond a thousand million.
         """
-        angle = np.asarray(task_deg, dtype=float)
+        angle = to_floats("task_deg", task_deg)
         if not np.isfinite(angle).all():
             raise ValueError(f"task_deg={angle.tolist()} is not finite; wanted degrees")
+        largest = np.abs(angle).max(initial=0.0)
+        if largest > LARGEST:
+            raise ValueError(
+                f"task_deg has an angle of {largest:g} degrees; wanted at most "
+                f"{LARGEST:g}, or its place in the turn is lost"
+            )
         angle = np.deg2rad(np.mod(angle, 360.0) + self.cut_deg)
         return self.goal_radius * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
 

@@ -52,11 +52,11 @@ def test_stored_distances_come_back_to_the_last_bit(table):
 
 def test_a_policy_that_was_tampered_with_is_noticed(table, tmp_path, searches):
     searches(lambda _: np.zeros(6))
-    text = table.read_text().splitlines()
+    text = table.read_text("utf-8").splitlines()
     values = text[1].split(",")
     values[1] = str(float(values[1]) + 0.01)
     other = tmp_path / "free.csv"
-    other.write_text("\n".join([text[0], ",".join(values), *text[2:]]) + "\n")
+    other.write_text("\n".join([text[0], ",".join(values), *text[2:]]) + "\n", "utf-8")
     executed = audit_table(other, "free", n_sample=1)["executed"]
     assert executed["identical"] == 3
     assert executed["largest_difference_m"] > 1e-6

@@ -119,7 +119,7 @@ def test_committed_figures_are_whole_and_of_a_full_run(run):
 def test_a_missing_or_old_file_is_named(tmp_path):
     with pytest.raises(ValueError, match=r"none\.json is not there; `make bench`"):
         load_costs(tmp_path / "none.json")
-    (tmp_path / "old.json").write_text('{"machine": {}, "memory": {}}')
+    (tmp_path / "old.json").write_text('{"machine": {}, "memory": {}}', "utf-8")
     with pytest.raises(
         ValueError, match=r"lacks rollouts, searches, growth, skill, learners"
     ):

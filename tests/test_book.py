@@ -6,7 +6,10 @@ import os
 import re
 import shutil
 import sys
+import sysconfig
+import venv
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -15,9 +18,12 @@ from msc import record
 from msc.book import build_book, pages, substitutions
 from msc.chapters import BookError, run_chapters
 from msc.cli import main
+from msc.environment import environment
 from msc.figures import find_pictures, gallery_markdown
+from msc.files import locked
 from msc.notebook import (
     code_cells,
+    complaints,
     read_notebook,
     source,
     tags,
@@ -57,18 +63,23 @@ def make_book(root):
     """Lay out a repository with a book of an index page and one chapter."""
     shutil.copy(ROOT / "_config.yml", root)
     (root / "_toc.yml").write_text(
-        "format: jb-book\nroot: index\nchapters:\n- file: one\n- file: figures\n"
+        "format: jb-book\nroot: index\nchapters:\n- file: one\n- file: figures\n",
+        "utf-8",
     )
     (root / "book").mkdir()
     shutil.copytree(ROOT / "book" / "_static", root / "book" / "_static")
     shutil.copy(ROOT / "book" / "references.bib", root / "book")
-    (root / "book" / "index.md").write_text("# Tiny\n\n$x^2$ is {{ sums_a_b }}.\n")
+    (root / "book" / "index.md").write_text(
+        "# Tiny\n\n$x^2$ is {{ sums_a_b }}.\n", "utf-8"
+    )
     one = chapter("# One", COUNT, "print(profile, 2 * n)", DRAW)
     one["cells"][-1]["metadata"] = {"mystnb": {"image": {"alt": "A tiny circle."}}}
     write_notebook(one, root / "book" / "one.ipynb")
     shutil.copy(ROOT / "book" / "figures.md", root / "book")
     (root / "data" / "results").mkdir(parents=True)
-    (root / "data" / "results" / "sums.json").write_text('{"a": {"b": 41.5}}')
+    (root / "data" / "results" / "sums.json").write_text('{"a": {"b": 41.5}}', "utf-8")
+    home = Path(environment(ROOT / "_build" / "cache")["MPLCONFIGDIR"])
+    shutil.copytree(home, root / "_build" / "cache" / "home" / home.name)
     return root
 
 
@@ -91,15 +102,17 @@ def add_claims(root):
     """Add a claim, what was measured of it, and a page of its readings."""
     jump = {"between_deg": [359, 360], "is_jump": True}
     results = root / "data" / "results"
-    (results / "audit.json").write_text(json.dumps({"jumps": [jump]}))
-    (results / "claims.json").write_text("{}")
-    (root / "book" / "claims.yml").write_text(CLAIM)
+    (results / "audit.json").write_text(json.dumps({"jumps": [jump]}), "utf-8")
+    (results / "claims.json").write_text("{}", "utf-8")
+    (root / "book" / "claims.yml").write_text(CLAIM, "utf-8")
     include = "\n```{{include}} {}\n```\n"
     page = "# Claims\n\n## Readings\n" + include.format("claims_readings.md")
-    (root / "book" / "claims.md").write_text(page + "\n```{bibliography}\n```\n")
-    with (root / "book" / "index.md").open("a") as index:
+    (root / "book" / "claims.md").write_text(
+        page + "\n```{bibliography}\n```\n", "utf-8"
+    )
+    with (root / "book" / "index.md").open("a", encoding="utf-8") as index:
         index.write(include.format("claims_table.md"))
-    with (root / "_toc.yml").open("a") as toc:
+    with (root / "_toc.yml").open("a", encoding="utf-8") as toc:
         toc.write("- file: claims\n")
     return root
 
@@ -123,7 +136,7 @@ def text_of(notebook):
 
 
 def times_run(root):
-    return len((root / "ran.txt").read_text())
+    return len((root / "ran.txt").read_text("utf-8"))
 
 
 def test_chapter_gets_its_parameters(repository):
@@ -159,11 +172,11 @@ Path("new.txt").read_text()
 def reading(repository):
     """Return a repository whose chapter reads modules and tables."""
     late = "import lately\ndef late():\n    import latest\n    return latest.VALUE"
-    (repository / "early.py").write_text(late)
+    (repository / "early.py").write_text(late, "utf-8")
     for name in ("lately", "latest", "never"):
-        (repository / f"{name}.py").write_text("VALUE = 1")
+        (repository / f"{name}.py").write_text("VALUE = 1", "utf-8")
     for name in ("t.csv", "u.csv"):
-        (repository / "data" / name).write_text("old")
+        (repository / "data" / name).write_text("old", "utf-8")
     path = repository / "book" / "one.ipynb"
     write_notebook(chapter("# One", COUNT, READS), path)
     return repository
@@ -184,7 +197,7 @@ def test_a_run_knows_exactly_what_it_read(reading):
 @pytest.mark.parametrize("name", ["data/t.csv", "early.py", "lately.py", "latest.py"])
 def test_what_a_chapter_read_executes_it_again_and_is_named(reading, name):
     run(reading)
-    with (reading / name).open("a") as file:
+    with (reading / name).open("a", encoding="utf-8") as file:
         file.write("# new")
     said = []
     run(reading, say=said.append)
@@ -198,7 +211,7 @@ def test_what_a_chapter_did_not_read_executes_nothing(reading):
     run(reading)
     for name in ("never.py", "data/u.csv", "requirements.txt", "new.txt", "msc/a.py"):
         (reading / name).parent.mkdir(exist_ok=True)
-        (reading / name).write_text("new")
+        (reading / name).write_text("new", "utf-8")
     run(reading)
     assert times_run(reading) == 1
 
@@ -224,11 +237,115 @@ def test_new_code_parameters_and_packages_execute_again(repository, monkeypatch)
     ]
 
 
+def set_by_readers(folder):
+    """Return an environment in which everything is set that might matter."""
+    nowhere = folder / "file"
+    nowhere.write_text("c.InlineBackend.figure_formats = {'jpeg'}\n", "utf-8")
+    ipython = folder / "ipython" / "profile_default"
+    (ipython / "startup").mkdir(parents=True)
+    (ipython / "startup" / "first.py").write_text(
+        "profile = 'theirs'; print('hi')", "utf-8"
+    )
+    shutil.copy(nowhere, ipython / "ipython_kernel_config.py")
+    rc = folder / "matplotlibrc"
+    rc.write_text("figure.facecolor: red\nbackend: pdf\nsavefig.dpi: 30\n", "utf-8")
+    return {
+        "HOME": str(nowhere),
+        "MPLBACKEND": "Agg",
+        "MPLCONFIGDIR": str(nowhere),
+        "MATPLOTLIBRC": str(rc),
+        "XDG_CACHE_HOME": str(nowhere),
+        "XDG_CONFIG_HOME": str(folder),
+        "IPYTHONDIR": str(folder / "ipython"),
+        "JUPYTER_CONFIG_DIR": str(folder),
+        "JUPYTER_RUNTIME_DIR": str(nowhere),
+        "PYTHONWARNINGS": "default",
+        "PYTHONOPTIMIZE": "1",
+        "PYTHONSTARTUP": str(nowhere),
+        "PYTHONPATH": str(folder),
+        "PYTHONUTF8": "0",
+        "LC_ALL": "C",
+        "TZ": "Asia/Kolkata",
+        "OMP_NUM_THREADS": "7",
+        "SOURCE_DATE_EPOCH": "1",
+        "FORCE_COLOR": "1",
+        "COLUMNS": "40",
+    }
+
+
+STATE = """import locale, os, time, warnings
+import numpy as np
+from threadpoolctl import threadpool_info
+def f(): assert False
+try:
+    f()
+except AssertionError:
+    print("asserts")
+print(time.tzname, locale.getencoding(), os.environ.get("COLUMNS"))
+print(max(one["num_threads"] for one in threadpool_info()))
+warnings.warn("not shown by default", ImportWarning)"""
+
+
+def test_a_run_is_the_same_whatever_a_reader_has_set(
+    repository, monkeypatch, tmp_path_factory
+):
+    path = repository / "book" / "one.ipynb"
+    write_notebook(chapter("# One", STATE, DRAW), path)
+    plain = run(repository)
+    for name, value in set_by_readers(tmp_path_factory.mktemp("theirs")).items():
+        monkeypatch.setenv(name, value)
+    said = []
+    run(repository, say=said.append)
+    assert not said  # nothing chosen has changed
+    again = repository / "_build" / "again"
+    there = run_chapters({path: {}}, root=repository, cache=again)[0]
+    assert there.notebook == plain.notebook
+    assert replace(there.record, seconds=0) == replace(plain.record, seconds=0)
+    assert "asserts" in text_of(plain.notebook)
+    assert len(find_pictures("one", plain.notebook)) == 1
+
+
+COMPLAINTS = {
+    "import sys\nprint('not', file=sys.stderr, flush=True)\nsys.stderr.write('good')": (
+        r"code cell 3 \(import sys\) wrote to stderr: not good"
+    ),
+    "import warnings\nwarnings.warn('odd')": r"code cell 4 .*UserWarning: odd .*",
+    "import logging\nlogging.warning('odd')": r"code cell 5 .*: WARNING:root:odd",
+    "import os\n_ = os.system('echo odd >&2')": r"code cell 6 .* stderr: odd",
+}
+
+
+def test_a_run_that_wrote_to_stderr_is_not_kept(repository):
+    path = repository / "book" / "one.ipynb"
+    write_notebook(chapter("# One", COUNT, *COMPLAINTS), path)
+    found = complaints(run(repository).notebook)
+    for said, wanted in zip(found, COMPLAINTS.values(), strict=True):
+        assert re.fullmatch(wanted, said)
+    lines = "\n".join(f"one, {wanted}" for wanted in COMPLAINTS.values())
+    with pytest.raises(BookError, match=f"^{lines}$"):
+        build_book(root=repository, profile="full")
+    assert times_run(repository) == 2
+    assert not list((repository / "_build" / "cache").glob("*.ipynb"))
+
+
+def test_a_figure_without_a_picture_is_named(repository):
+    path = repository / "book" / "one.ipynb"
+    lacking = chapter("# One", COUNT, f"import matplotlib as m\nm.use('agg')\n{DRAW}")
+    write_notebook(lacking, path)
+    run(repository)  # it has not said that there is a figure
+    lacking["cells"][-1]["metadata"] = {"mystnb": {"image": {"alt": "A circle."}}}
+    write_notebook(lacking, path)
+    message = r"one, code cell 3 \(import matplotlib.* alternative text, but no picture"
+    with pytest.raises(BookError, match=f"^{message}$"):
+        run(repository)
+    assert times_run(repository) == 1
+
+
 def test_a_file_that_was_missing_counts_when_it_is_there(repository):
     code = "try:\n    open('data/late.csv')\nexcept OSError:\n    print('none')"
     write_notebook(chapter("# One", code), repository / "book" / "one.ipynb")
     run(repository)
-    (repository / "data" / "late.csv").write_text("x")
+    (repository / "data" / "late.csv").write_text("x", "utf-8")
     said = []
     run(repository, say=said.append)
     assert said == ["one: data/late.csv changed"]
@@ -273,7 +390,7 @@ def test_kernel_is_of_this_interpreter(repository, monkeypatch, tmp_path_factory
     elsewhere = tmp_path_factory.mktemp("jupyter") / "kernels" / "python3"
     elsewhere.mkdir(parents=True)
     spec = {"argv": ["false"], "display_name": "Another", "language": "python"}
-    (elsewhere / "kernel.json").write_text(json.dumps(spec))
+    (elsewhere / "kernel.json").write_text(json.dumps(spec), "utf-8")
     monkeypatch.setenv("JUPYTER_PATH", str(elsewhere.parents[1]))
     path = repository / "book" / "one.ipynb"
     write_notebook(chapter("# One", "import sys; print(sys.executable)"), path)
@@ -320,7 +437,7 @@ def test_results_become_substitutions(repository):
     file = repository / "data" / "results" / "fig-3.json"
     many = list(range(11))
     results = {"mse": [1, {"low.5": 0.5}], "holds": True, "many": many, "a, b": "c"}
-    file.write_text(json.dumps(results))
+    file.write_text(json.dumps(results), "utf-8")
     assert substitutions(repository) == {
         "fig_3_a__b": "c",
         "fig_3_mse_0": 1,
@@ -333,7 +450,7 @@ def test_results_become_substitutions(repository):
 @pytest.fixture(scope="module")
 def built(tmp_path_factory):
     """Return the index page of the tiny book, built."""
-    root = make_book(tmp_path_factory.mktemp("a tiny book"))
+    root = make_book(tmp_path_factory.mktemp("a {tiny} {{ book }} 'of' $HOME [é]*"))
     return build_book(root=add_claims(root))
 
 
@@ -343,8 +460,8 @@ def contents(folder):
 
 
 def test_book_is_complete(built):
-    index = built.read_text()
-    page = (built.parent / "one.html").read_text()
+    index = built.read_text("utf-8")
+    page = (built.parent / "one.html").read_text("utf-8")
     assert "is 41.5." in index
     assert "quick 6" in page
     assert "# Parameters" not in page  # what papermill writes above injected values
@@ -352,7 +469,7 @@ def test_book_is_complete(built):
 
 def test_book_opens_with_the_verdicts_and_shows_their_readings(built):
     index, page = (
-        re.sub(r"\s+", " ", (built.parent / name).read_text())
+        re.sub(r"\s+", " ", (built.parent / name).read_text("utf-8"))
         for name in ("index.html", "claims.html")
     )
     claim = '<span class="doc std std-doc">The manifold has no jumps.'
@@ -367,19 +484,38 @@ def test_book_opens_with_the_verdicts_and_shows_their_readings(built):
 def test_book_needs_no_network(built):
     loaded = r"""<(?:script|link|img|iframe)\b[^>]*?\b(?:src|href)=["']([^"']+)"""
     for page in built.parent.glob("*.html"):
-        for address in re.findall(loaded, page.read_text()):
+        for address in re.findall(loaded, page.read_text("utf-8")):
             assert not re.match("(https?:)?//", address), f"{page.name}: {address}"
             if not address.startswith(("#", "data:")):
                 assert (page.parent / address.partition("?")[0]).exists(), address
 
 
-def test_book_is_the_same_when_built_from_nothing_and_elsewhere(built, tmp_path):
+def another_python(folder):
+    """Lay out the packages of this environment, with the theme, at another path."""
+    venv.create(folder, symlinks=True)
+    [packages] = folder.glob("lib/*/site-packages")
+    for package in Path(sysconfig.get_path("purelib")).iterdir():
+        if package.name == "sphinx_book_theme":
+            shutil.copytree(package, packages / package.name)
+        else:
+            (packages / package.name).symlink_to(package)
+    return folder / "bin" / "python"
+
+
+def test_book_is_the_same_when_built_from_nothing_and_elsewhere(
+    built, tmp_path, monkeypatch, tmp_path_factory
+):
     warm, cold = built.parents[2], add_claims(make_book(tmp_path))
     for root in (warm, cold):  # the first has kept what it read of all other pages
-        with (root / "book" / "index.md").open("a") as index:
+        with (root / "book" / "index.md").open("a", encoding="utf-8") as index:
             index.write("\nMore prose.\n")
-    pages = [build_book(root=root).parent for root in (warm, cold)]
-    assert "More prose." in (pages[0] / "index.html").read_text()
+    pages = [build_book(root=warm).parent]
+    theirs = tmp_path_factory.mktemp("theirs")
+    for name, value in set_by_readers(theirs).items():
+        monkeypatch.setenv(name, value)
+    monkeypatch.setattr(sys, "executable", str(another_python(theirs / "python")))
+    pages.append(build_book(root=cold).parent)
+    assert "More prose." in (pages[0] / "index.html").read_text("utf-8")
     assert set(differences(*pages)) <= MAY_DIFFER
     assert (pages[1] / "downloads" / "one-1.svg").is_file()
 
@@ -388,13 +524,13 @@ def test_differences_are_found(tmp_path):
     for name, files in {"a": {"x": "1", "y": "2"}, "b": {"x": "1", "y": "3"}}.items():
         (tmp_path / name / "deep").mkdir(parents=True)
         for file, text in files.items():
-            (tmp_path / name / "deep" / file).write_text(text)
-    (tmp_path / "b" / "z").write_text("")
+            (tmp_path / name / "deep" / file).write_text(text, "utf-8")
+    (tmp_path / "b" / "z").write_text("", "utf-8")
     assert differences(tmp_path / "a", tmp_path / "b") == ["deep/y", "z"]
 
 
 def test_every_figure_says_what_made_it_and_how_to_make_it_again(built):
-    page = (built.parent / "one.html").read_text()
+    page = (built.parent / "one.html").read_text("utf-8")
     [block] = re.findall(r'<details class="msc-provenance">.*?</details>', page, re.S)
     text = html.unescape(re.sub(r"<[^>]+>", "", block))
     assert "book/one.ipynb, profile = 'quick', n = 3" in text
@@ -403,7 +539,7 @@ def test_every_figure_says_what_made_it_and_how_to_make_it_again(built):
     assert "msc run book/one.ipynb -p profile quick --out one.ipynb" in text
     for address in re.findall('href="([^"]+)"', block):
         assert (built.parent / address).is_file(), address
-    seconds = (built.parent / "_static" / "seconds.js").read_text()
+    seconds = (built.parent / "_static" / "seconds.js").read_text("utf-8")
     assert re.search(r'"one": \d+\.\d', seconds)
     assert page.index("data-seconds") < page.index("</details>")
 
@@ -417,7 +553,7 @@ def test_notebooks_are_there_with_and_without_outputs(built):
 
 
 def test_gallery_shows_every_figure_and_leads_to_its_chapter(built):
-    page = (built.parent / "figures.html").read_text()
+    page = (built.parent / "figures.html").read_text("utf-8")
     [image] = re.findall(r'<img[^>]*one-1\.png"[^>]*>', page)
     assert 'alt="A tiny circle."' in image
     assert 'href="one.html"' in page[page.index(image) - 500 :]
@@ -438,6 +574,20 @@ def test_figures_are_found_in_order():
         ("c-1", 1, "T"),
         ("c-2", 3, "T"),
     ]
+
+
+def test_a_book_is_built_by_one_at_a_time(built):
+    root = built.parents[2]
+    before = contents(root)
+    shutil.copy(ROOT / "pyproject.toml", root)
+    for act in (lambda: build_book(root=root), lambda: release_book(root)):
+        with (
+            locked(root / "_build"),
+            pytest.raises(ValueError, match="_build is in use by another build; wait"),
+        ):
+            act()
+    (root / "pyproject.toml").unlink()
+    assert contents(root) == before
 
 
 def test_release_is_the_book_and_has_the_same_bytes_whenever_packed(built):
@@ -475,8 +625,8 @@ def test_on_paper_links_lead_within_the_document_and_sliders_are_pictures(tmp_pa
         '<a href="downloads/f.svg">file</a> <details><p>open</p></details>'
         '<img src="_images/film.gif"><script>live()</script>'
     )
-    (tmp_path / "one.html").write_text(head + page.format("One", one))
-    (tmp_path / "two.html").write_text(head + page.format("Two", ""))
+    (tmp_path / "one.html").write_text(head + page.format("One", one), "utf-8")
+    (tmp_path / "two.html").write_text(head + page.format("Two", ""), "utf-8")
     toc = {"root": "one", "parts": [{"caption": "P", "chapters": [{"file": "two"}]}]}
     text = one_page(tmp_path, toc, "Title & all", "us")
     assert set(re.findall('<a[^>]*href="([^"]*)"', text)) == {
@@ -525,10 +675,10 @@ def test_warning_stops_the_build_and_keeps_the_earlier_book(built):
     root = built.parents[2]
     before = contents(built.parent)
     page = root / "book" / "index.md"
-    text = page.read_text()
-    page.write_text(text + "See {doc}`nowhere`.\n")
+    text = page.read_text("utf-8")
+    page.write_text(text + "See {doc}`nowhere`.\n", "utf-8")
     for _ in range(2):  # the page is not forgotten
         with pytest.raises(BookError, match=r"book/index\.md.*WARNING.*nowhere"):
             build_book(root=root)
-    page.write_text(text)
+    page.write_text(text, "utf-8")
     assert contents(built.parent) == before

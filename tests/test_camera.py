@@ -158,7 +158,7 @@ def test_two_processes_write_the_same_bytes(tmp_path):
         assert (here / name).stat().st_size > 5_000
 
 
-@pytest.mark.parametrize("name", ["arm.avi", "arm", "arm.gif.txt", "arm.PNG"])
+@pytest.mark.parametrize("name", ["arm.avi", "arm", "arm.gif.txt", "arm.PNGG"])
 def test_another_ending_is_refused(name, tmp_path, monkeypatch):
     monkeypatch.setattr(msc.camera, "film", None)  # it must not come to that
     with pytest.raises(
@@ -176,7 +176,7 @@ def test_a_film_that_fails_leaves_the_earlier_one(tmp_path, monkeypatch):
     path = tmp_path / "arm.mp4"
     path.write_bytes(b"earlier")
     broken = tmp_path / "broken"
-    broken.write_text(BROKEN)
+    broken.write_text(BROKEN, "utf-8")
     broken.chmod(0o755)
     monkeypatch.setattr(msc.camera, "get_ffmpeg_exe", lambda: str(broken))
     with pytest.raises(OSError, match="no film was written: no room"):
@@ -202,3 +202,10 @@ def test_a_policy_may_be_written_with_exponents(tmp_path, monkeypatch, capsys):
     with pytest.raises(SystemExit, match="2"):
         main(["render", "--policy", "-x", *arguments])
     assert "--policy" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", ["arm.PNG", "arm.Png", "arm.GIF", "arm.MP4"])
+def test_an_ending_may_be_in_capitals(name, tmp_path):
+    render(world, turning(5), target, tmp_path / name.lower())
+    render(world, turning(5), target, tmp_path / name)
+    assert (tmp_path / name).read_bytes() == (tmp_path / name.lower()).read_bytes()

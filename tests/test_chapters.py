@@ -1,12 +1,14 @@
 """The chapters themselves: what their cells may hold, and that each of them runs."""
 
+import json
 import re
 from pathlib import Path
 
 import pytest
 
 from msc.chapters import run_chapters
-from msc.notebook import code_cells, parameters, read_notebook, source
+from msc.checks import unmet
+from msc.notebook import code_cells, complaints, parameters, read_notebook, source
 
 ROOT = Path(__file__).parents[1]
 CHAPTERS = sorted((ROOT / "book").glob("*.ipynb"))
@@ -16,6 +18,8 @@ CACHE = ROOT / "_build" / "cache"  # of `make book`: what holds runs once
 @pytest.mark.parametrize("path", CHAPTERS, ids=lambda path: path.stem)
 def test_chapter_is_clean(path):
     notebook = read_notebook(path)
+    saved = json.dumps(notebook, indent=1, ensure_ascii=False, sort_keys=True)
+    assert path.read_text(encoding="utf-8") == f"{saved}\n", "as JupyterLab saves it"
     declared = parameters(notebook)
     assert not declared or "profile" in declared
     for number, cell in enumerate(code_cells(notebook), start=1):
@@ -30,6 +34,8 @@ def test_chapter_is_clean(path):
 def test_chapter_runs_and_its_images_have_alternative_text(path):
     given = {"profile": "quick"} if parameters(read_notebook(path)) else {}
     [done] = run_chapters({path: given}, root=ROOT, cache=CACHE)
+    assert not complaints(done.notebook)
+    assert unmet(done.notebook) == ""
     for cell in code_cells(done.notebook):
         if any("image/png" in output.get("data", {}) for output in cell["outputs"]):
             assert cell["metadata"]["mystnb"]["image"]["alt"], source(cell)

@@ -88,7 +88,7 @@ def claims_of(tmp_path, **changes):
         key: value for key, value in (CLAIM | changes).items() if value is not None
     }
     path = tmp_path / "claims.yml"
-    path.write_text(yaml.safe_dump([claim], sort_keys=False))
+    path.write_text(yaml.safe_dump([claim], sort_keys=False), "utf-8")
     return load_claims(path)
 
 
@@ -340,7 +340,7 @@ def test_a_bad_claim_names_itself_and_the_field(changes, message, tmp_path):
 )
 def test_a_bad_file_is_refused(text, message, tmp_path):
     path = tmp_path / "claims.yml"
-    path.write_text(text)
+    path.write_text(text, "utf-8")
     with pytest.raises(ValueError, match=message):
         load_claims(path)
 
@@ -350,8 +350,8 @@ def repository(tmp_path, monkeypatch):
     """Lay out a repository of one claim and its study; work there."""
     (tmp_path / "book").mkdir()
     (tmp_path / "data" / "results").mkdir(parents=True)
-    (tmp_path / "book" / "claims.yml").write_text(yaml.safe_dump([CLAIM]))
-    (tmp_path / STUDY).write_text(json.dumps(study(mse={24: OPEN})))
+    (tmp_path / "book" / "claims.yml").write_text(yaml.safe_dump([CLAIM]), "utf-8")
+    (tmp_path / STUDY).write_text(json.dumps(study(mse={24: OPEN})), "utf-8")
     monkeypatch.chdir(tmp_path)
     return tmp_path
 
@@ -367,12 +367,14 @@ def test_a_missing_result_file_names_the_claim_and_the_command(repository, capsy
 
 def test_results_of_other_tables_are_refused(repository):
     table = repository / "data" / "free.csv"
-    table.write_text("a\n1\n")
+    table.write_text("a\n1\n", "utf-8")
     claims = load_claims(repository / "book" / "claims.yml")
     provenance = {"provenance": {"data": {"free.csv": checksum(table)}}}
-    (repository / STUDY).write_text(json.dumps(study(mse={24: LOW}) | provenance))
+    (repository / STUDY).write_text(
+        json.dumps(study(mse={24: LOW}) | provenance), "utf-8"
+    )
     assert STUDY in read_results(claims, repository)
-    table.write_text("a\n2\n")
+    table.write_text("a\n2\n", "utf-8")
     with pytest.raises(ValueError, match=r"study_free\.json rests on another free"):
         read_results(claims, repository)
 
@@ -383,7 +385,7 @@ def test_the_command_prints_and_writes_verdicts(repository, capsys):
     assert "lower  ○ undecided" in printed
     assert "1 [0.5, 2] × single" in printed
     assert "lower: undecided, but no `why` quotes a measurement" in printed
-    written = json.loads((repository / "data/results/claims.json").read_text())
+    written = json.loads((repository / "data/results/claims.json").read_text("utf-8"))
     assert written == summarise(judge_all(repository))
     assert written["lower"]["readings"]["gate learned"]["high"] == 2
     assert main(["claims", "--out", "claims.csv"]) == 2
@@ -427,10 +429,10 @@ def test_tables_link_each_claim_and_verdict(verdict_on):
 
 def test_a_book_without_verdicts_yet_says_so(repository):
     write_claims(repository, repository, set())
-    assert "No verdicts yet" in (repository / "claims_table.md").read_text()
-    (repository / "data/results/claims.json").write_text("{}")
+    assert "No verdicts yet" in (repository / "claims_table.md").read_text("utf-8")
+    (repository / "data/results/claims.json").write_text("{}", "utf-8")
     write_claims(repository, repository, set())
-    assert "○ undecided" in (repository / "claims_readings.md").read_text()
+    assert "○ undecided" in (repository / "claims_readings.md").read_text("utf-8")
     (repository / "book" / "claims.yml").unlink()
     write_claims(repository, repository / "nowhere", set())
 
@@ -470,12 +472,14 @@ def verdicts():
 
 
 def test_the_committed_verdicts_are_those_of_the_committed_results(verdicts):
-    assert summarise(verdicts) == json.loads(COMMITTED.read_text())
+    assert summarise(verdicts) == json.loads(COMMITTED.read_text("utf-8"))
 
 
 def test_the_committed_results_are_of_the_full_profile(verdicts):
     files = {file for claim in CLAIMS for file in claim.files if "study" in file}
-    profiles = {json.loads((ROOT / file).read_text())["profile"] for file in files}
+    profiles = {
+        json.loads((ROOT / file).read_text("utf-8"))["profile"] for file in files
+    }
     assert profiles == {"full"}
 
 

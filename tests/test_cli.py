@@ -19,6 +19,7 @@ import msc.cmaes
 import msc.dataset
 import msc.survey
 from msc.cli import main
+from msc.cli_options import check_output
 from msc.files import find_data
 from msc.journal import Journal
 from msc.tables import COLUMNS, load_dataset, save_table
@@ -99,7 +100,9 @@ def test_a_search_writes_a_table_that_says_how_it_was_made(short, capfd):
     table = load_dataset(Path("new/free.csv"))[2]
     assert table["task_deg"].tolist() == [0, 180]
     assert (table["seed"] == 5).all()
-    (resource,) = json.loads(Path("new/datapackage.json").read_text())["resources"]
+    (resource,) = json.loads(Path("new/datapackage.json").read_text("utf-8"))[
+        "resources"
+    ]
     assert resource["command"] == (
         "msc search --workspace free --tasks 2 --offset 0 --seed 5 --out data/free.csv"
     )
@@ -123,7 +126,7 @@ def test_the_command_in_the_package_makes_the_same_table(short):
 def test_a_search_ended_by_ctrl_c_goes_on_to_the_same_bytes(jobs, short, here):
     arguments = ["search", "--tasks", "4", "--jobs", "1", "--out"]
     assert main([*arguments, "whole/free.csv"]) == 0
-    Path("waiting.py").write_text(WAITING)
+    Path("waiting.py").write_text(WAITING, "utf-8")
     process = run_program(WAIT, *arguments, "half/free.csv", "--jobs", jobs)
     journal = here / "half" / ".free.csv.partial"
     while process.poll() is None:
@@ -212,7 +215,9 @@ def test_a_broken_data_package_is_named_before_the_search(content, monkeypatch, 
 def test_two_searches_at_once_to_one_file_end_as_one(short, here):
     arguments = ["search", "--tasks", "4", "--jobs", "1", "--out"]
     assert main([*arguments, "whole/free.csv"]) == 0
-    Path("waiting.py").write_text(WAITING.replace("time.sleep(300)", "time.sleep(1)"))
+    Path("waiting.py").write_text(
+        WAITING.replace("time.sleep(300)", "time.sleep(1)"), "utf-8"
+    )
     both = [run_program(WAIT, *arguments, "half/free.csv") for _ in range(2)]
     said = [process.communicate(timeout=120)[1] for process in both]
     assert sorted(process.returncode for process in both) == [0, 2]
@@ -238,7 +243,7 @@ def test_a_search_whose_worker_is_killed_goes_on_to_the_same_bytes(short, here):
     arguments = ["search", "--tasks", "4", "--out"]
     assert main([*arguments, "whole/free.csv", "--jobs", "1"]) == 0
     death = "time.sleep(1); import os; os.kill(os.getpid(), 9)"
-    Path("waiting.py").write_text(WAITING.replace("time.sleep(300)", death))
+    Path("waiting.py").write_text(WAITING.replace("time.sleep(300)", death), "utf-8")
     process = run_program(WAIT, *arguments, "half/free.csv", "--jobs", "2")
     out, err = process.communicate(timeout=120)
     assert (process.returncode, out) == (2, "")
@@ -310,7 +315,9 @@ def test_a_survey_writes_what_it_measured(constant, function, monkeypatch, capsy
     monkeypatch.setattr(msc.survey, function, measure)
     arguments = ["--seed", "3", "--jobs", "1", "--out", "results/found.json"]
     assert main(["survey", constant, *arguments]) == 0
-    assert json.loads(Path("results/found.json").read_text()) == {"tie_deg": 70.2}
+    assert json.loads(Path("results/found.json").read_text("utf-8")) == {
+        "tie_deg": 70.2
+    }
     assert (asked["seed"], asked["jobs"]) == (3, 1)
     assert capsys.readouterr().out == "results/found.json\n"
 
@@ -331,6 +338,7 @@ def test_a_survey_writes_what_it_measured(constant, function, monkeypatch, capsy
         ("search --out file/deeper/free.csv", "out=file/deeper/free.csv"),
         ("search --out folder.csv", "out=folder.csv"),
         ("search --out free.txt", "out=free.txt"),
+        ("search --tasks 1 --out FREE.CSV", "tasks=1"),
         ("survey cut --out file/cut.json", "out=file/cut.json"),
         ("survey layout --out cut.txt", "out=cut.txt"),
         ("survey cut --jobs 0 --out cut.json", "jobs=0"),
@@ -339,6 +347,8 @@ def test_a_survey_writes_what_it_measured(constant, function, monkeypatch, capsy
         ("render --task nan --out a.gif --policy 0 0 0 0 0 0", "task_deg=nan"),
         ("render --task 0 --out a.gif --policy 0 0", "policy has shape ("),
         ("render --task 0 --out a.gif --policy 0 0 0 0 0 nan", "policy has NaN"),
+        ("render --task 0 --out a.gif --policy 0 0 0 0 0 1e308", "policy has a weight"),
+        ("render --task 1e300 --out A.GIF --policy 0 0 0 0 0 0", "task_deg has an ang"),
         ("render --task 0 --out file/a.gif --policy 0 0 0 0 0 0", "out=file/a.gif"),
         ("render --task 0 --out a.gif --workspace free2", "workspace='free2'"),
         ("book --profile quik", "profile"),
@@ -400,3 +410,11 @@ def test_the_module_runs_as_a_program():
     )
     assert (run.returncode, run.stdout) == (2, "")
     assert run.stderr == "msc: error: tasks=1; wanted at least 2\n"
+
+
+@pytest.mark.parametrize("name", ["a.CSV", "a.Csv", "a.csv"])
+@pytest.mark.parametrize("suffix", [".csv", ".CSV"])
+def test_an_ending_may_be_in_capitals(tmp_path, name, suffix):
+    check_output(tmp_path / name, suffix)
+    with pytest.raises(ValueError, match=r"wanted a name ending in \.json"):
+        check_output(tmp_path / name, ".json")

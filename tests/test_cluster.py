@@ -1,7 +1,11 @@
 """The search on a Dask cluster: scheduler and workers are processes on loopback."""
 
+import importlib
 import json
 import os
+import re
+import shlex
+import shutil
 import socket
 import subprocess
 import sys
@@ -18,6 +22,7 @@ from msc.journal import Journal
 
 SEARCH = ["search", "--workspace", "obstacles", "--tasks", "4", "--jobs", "1"]
 N_WORKERS = 3
+README = Path(__file__).parents[1] / "README.md"
 
 # What a worker loads before it starts: short searches, or no msc at all.
 SHORT = "import msc.cmaes\nmsc.cmaes.MAX_EVALUATIONS = 45\n"
@@ -52,7 +57,7 @@ def process(folder, program, *arguments):
     """Run a program of Dask's in the background, its messages in a file."""
     package = str(Path(msc.cmaes.__file__).parents[1])
     environment = {"PYTHONPATH": package, "OMP_NUM_THREADS": "1"}
-    with (folder / f"{program}.log").open("a") as log:
+    with (folder / f"{program}.log").open("a", encoding="utf-8") as log:
         running = subprocess.Popen(
             [sys.executable, "-m", f"distributed.cli.{program}", *arguments],
             cwd=folder,
@@ -75,16 +80,18 @@ def scheduler(folder):
     options = ["--host", "127.0.0.1", "--port", "0", "--scheduler-file", str(file)]
     options += ["--dashboard-address", "127.0.0.1:0", "--no-dashboard", "--no-jupyter"]
     with process(folder, "dask_scheduler", *options) as running:
-        while not (file.is_file() and file.read_text().endswith("}")):
-            assert running.poll() is None, (folder / "dask_scheduler.log").read_text()
+        while not (file.is_file() and file.read_text("utf-8").endswith("}")):
+            assert running.poll() is None, (folder / "dask_scheduler.log").read_text(
+                "utf-8"
+            )
             time.sleep(0.05)
-        yield json.loads(file.read_text())["address"]
+        yield json.loads(file.read_text("utf-8"))["address"]
 
 
 def worker(folder, address, preload):
     """Start a worker of one thread."""
     file = folder / "preload.py"
-    file.write_text(preload)
+    file.write_text(preload, "utf-8")
     options = ["--host", "127.0.0.1", "--nthreads", "1", "--no-nanny", "--no-dashboard"]
     options += ["--preload", str(file), "--local-directory", str(folder)]
     options += ["--death-timeout", "60"]
@@ -183,7 +190,71 @@ def test_a_scheduler_that_is_gone_is_told_of(whole, here, monkeypatch, capfd):
     assert contents(here / "new") == whole
 
 
+@pytest.fixture
+def certificate(tmp_path_factory):
+    """Make a certificate by the README's own command; return Dask's settings."""
+    pytest.importorskip("distributed")
+    if shutil.which("openssl") is None:
+        pytest.skip("needs openssl")
+    folder = tmp_path_factory.mktemp("certificate")
+    command = re.findall("^openssl .*", README.read_text(encoding="utf-8"), re.M)[0]
+    subprocess.run(shlex.split(command), cwd=folder, check=True, capture_output=True)
+    files = {"cert": str(folder / "cert.pem"), "key": str(folder / "key.pem")}
+    each = {
+        f"{who}.{what}": file
+        for who in ("client", "scheduler", "worker")
+        for what, file in files.items()
+    }
+    return tls(**each | {"ca-file": files["cert"]})
+
+
+def tls(**settings):
+    """Name settings of Dask's as it does, once it has read its own."""
+    importlib.import_module("distributed")
+    return {f"distributed.comm.tls.{name}": value for name, value in settings.items()}
+
+
+def test_by_tls_a_cluster_finds_the_same(certificate, whole, here):
+    import dask  # noqa: PLC0415
+    import distributed  # noqa: PLC0415
+
+    with (
+        dask.config.set(certificate),
+        distributed.LocalCluster(
+            n_workers=1,
+            threads_per_worker=1,
+            processes=False,
+            protocol="tls",
+            security=distributed.Security(require_encryption=True),
+            dashboard_address="127.0.0.1:0",
+            local_directory=here / "local",
+        ) as cluster,
+    ):
+        address = cluster.scheduler_address
+        assert address.startswith("tls://")
+        assert main([*SEARCH, "--dask", address, "--out", "new/table.csv"]) == 0
+    assert contents(here / "new") == whole
+
+
 # Bad input
+
+
+@pytest.mark.parametrize(
+    ("settings", "said"),
+    [
+        ({}, "tls://127.0.0.1:1 wants TLS, but distributed.comm.tls.ca-file is not"),
+        ({"ca-file": __file__}, "wants TLS, but distributed.comm.tls.client.cert is"),
+        ({"ca-file": "nowhere"}, "tls.ca-file is 'nowhere', but there is no such file"),
+    ],
+)
+def test_without_a_certificate_tls_is_refused(settings, said, capsys):
+    pytest.importorskip("distributed")
+    from dask import config  # noqa: PLC0415
+
+    with config.set(tls(**settings)):
+        arguments = ["--dask", "tls://127.0.0.1:1", "--out", "table.csv"]
+        assert main([*SEARCH, *arguments]) == 2
+    assert said in capsys.readouterr().err
 
 
 def complaint(address):

@@ -11,8 +11,11 @@ import time
 import urllib.request
 from pathlib import Path
 
+import nbformat
 import pytest
 import yaml
+from ipykernel.ipkernel import IPythonKernel
+from jupyter_client.kernelspec import KernelSpecManager
 
 ROOT = Path(__file__).parents[1]
 MAKEFILE = (ROOT / "Makefile").read_text(encoding="utf-8")
@@ -99,13 +102,15 @@ def test_every_machine_has_the_same_python():
 
 def test_binder_installs_the_lock_and_nothing_else():
     requirements = ROOT / ".binder" / "requirements.txt"
-    lines = [line for line in requirements.read_text().splitlines() if line[0] != "#"]
+    lines = [
+        line for line in requirements.read_text("utf-8").splitlines() if line[0] != "#"
+    ]
     [(flag, name)] = [line.split() for line in lines]
     assert flag == "-r"
     assert (requirements.parent / name).resolve() == ROOT / "requirements.txt"
     script = requirements.with_name("postBuild")
     assert os.access(script, os.X_OK)
-    installs = re.findall(r"pip install (.+)", script.read_text())
+    installs = re.findall(r"pip install (.+)", script.read_text("utf-8"))
     assert installs == ["--no-deps --editable ."]
 
 
@@ -127,6 +132,10 @@ def run(*command, folder, **environment):
     )
 
 
+# A shell or make would take parts of it for something else.
+ODD = "a clone $HOME $(touch no) `touch no` 'b' \"c\" [d]* \N{SNOWMAN} #; touch no"
+
+
 @pytest.fixture
 def clone(tmp_path):
     """Lay out a repository of the set-up alone, with this very environment."""
@@ -134,8 +143,8 @@ def clone(tmp_path):
         pytest.skip("needs make and git")
     if sys.prefix == sys.base_prefix:
         pytest.skip("needs a virtual environment")
-    (tmp_path / "clone" / "book").mkdir(parents=True)
-    root = tmp_path / "clone"
+    root = tmp_path / ODD
+    (root / "book").mkdir(parents=True)
     for name in ("Makefile", "pyproject.toml", ".pre-commit-config.yaml", ".gitignore"):
         shutil.copy(ROOT / name, root)
     lock = root / "requirements.txt"
@@ -157,16 +166,17 @@ def notebook(code, *outputs):
 def test_hooks_keep_outputs_and_bad_style_out_of_commits(clone, tmp_path):
     hooks = run("make", "hooks", folder=clone)
     assert hooks.returncode == 0, hooks.stderr
+    assert not (clone / "no").exists()
     home = {"PRE_COMMIT_HOME": str(tmp_path / "pre-commit")}
     printed = {"output_type": "stream", "name": "stdout", "text": "forty-two\n"}
     path = clone / "book" / "one.ipynb"
-    path.write_text(json.dumps(notebook("6 * 7", printed), indent=1) + "\n")
+    path.write_text(json.dumps(notebook("6 * 7", printed), indent=1) + "\n", "utf-8")
     os.utime(path, (0, 0))  # older than the index: git strips it only once
     run("git", "add", "book", folder=clone)
     staged = run("git", "show", ":book/one.ipynb", folder=clone).stdout
     assert "6 * 7" in staged
     assert "forty-two" not in staged
-    (clone / "bad.py").write_text("seven = six + one\n")
+    (clone / "bad.py").write_text("seven = six + one\n", "utf-8")
     run("git", "add", "bad.py", folder=clone)
     done = run("git", "commit", "-m", "Bad style", folder=clone, **home)
     assert done.returncode != 0
@@ -175,6 +185,56 @@ def test_hooks_keep_outputs_and_bad_style_out_of_commits(clone, tmp_path):
     run("git", "rm", "--cached", "bad.py", folder=clone)
     done = run("git", "commit", "-m", "A notebook", folder=clone, **home)
     assert done.returncode == 0, done.stdout + done.stderr
+
+
+def run_in_lab(path):
+    """Save a notebook as JupyterLab does once its cells have run."""
+    found = nbformat.read(path, nbformat.NO_CONVERT)
+    spec = KernelSpecManager(kernel_dirs=[f"{sys.prefix}/share/jupyter/kernels"])
+    kernel = spec.get_kernel_spec("python3")
+    found.metadata |= {
+        "kernelspec": {
+            "name": "python3",
+            "display_name": kernel.display_name,
+            "language": kernel.language,
+        },
+        "language_info": IPythonKernel.language_info,
+        "widgets": {"application/vnd.jupyter.widget-state+json": {"state": {}}},
+        "toc-showcode": True,
+    }
+    for number, cell in enumerate(found.cells):
+        cell.metadata |= {"editable": True, "slideshow": {"slide_type": ""}}
+        if cell.cell_type == "code":
+            cell.execution_count = number
+            cell.outputs = [nbformat.v4.new_output("stream", text="forty-two\n")]
+            cell.metadata |= {
+                "collapsed": True,
+                "scrolled": True,
+                "jupyter": {"outputs_hidden": True, "source_hidden": True},
+                "execution": {"iopub.status.busy": "2026-11-27T07:00:00.000000Z"},
+            }
+    nbformat.write(found, path)
+
+
+def test_after_the_hooks_a_chapter_run_in_lab_is_unchanged(clone):
+    chapters = sorted((ROOT / "book").glob("fig[12]*.ipynb"))
+    assert run("make", "hooks", folder=clone).returncode == 0
+    for path in chapters:
+        shutil.copy(path, clone / "book")
+    run("git", "add", "book", folder=clone)
+    run("git", "commit", "--no-verify", "-m", "Chapters", folder=clone)
+    for path in chapters:
+        stored = run("git", "show", f"HEAD:book/{path.name}", folder=clone)
+        assert stored.stdout == path.read_text(encoding="utf-8")
+        run_in_lab(clone / "book" / path.name)
+    for options in ([], ["--no-textconv"]):
+        told = run("git", "diff", *options, folder=clone)
+        assert (told.returncode, told.stdout, told.stderr) == (0, "", "")
+    path = clone / "book" / chapters[0].name
+    path.write_text(
+        path.read_text("utf-8").replace("import", "import os, ", 1), "utf-8"
+    )
+    assert "import os" in run("git", "diff", folder=clone).stdout
 
 
 @pytest.fixture
@@ -187,7 +247,7 @@ def lab(clone, tmp_path):
     other = tmp_path / "other" / "kernels" / "python3"  # as a user may have
     other.mkdir(parents=True)
     spec = {"argv": ["false"], "display_name": "Another", "language": "python"}
-    (other / "kernel.json").write_text(json.dumps(spec))
+    (other / "kernel.json").write_text(json.dumps(spec), "utf-8")
     mine = os.environ | {"HOME": str(tmp_path), "JUPYTER_PATH": str(tmp_path / "other")}
     server = subprocess.Popen(
         ["make", "lab", f"LAB={options}"],
@@ -218,6 +278,7 @@ def lab(clone, tmp_path):
 def test_lab_opens_the_repository_with_its_own_kernel(lab, clone):
     names = {item["name"] for item in lab("contents")["content"]}
     assert {"book", "Makefile", "pyproject.toml"} <= names
+    assert "no" not in names
     found = lab("kernelspecs")
     program = found["kernelspecs"][found["default"]]["spec"]["argv"][0]
     assert program in ("python", str(clone / ".venv" / "bin" / "python"))

@@ -283,10 +283,10 @@ def test_an_interrupted_search_ends_alike(n_done, whole, short, tmp_path, monkey
     monkeypatch.setattr(msc.dataset, "_search", search)
     with pytest.raises(KeyboardInterrupt):
         search_tasks(twofold, journal=journal)
-    assert len(journal.read_text().splitlines()) == 1 + n_done
+    assert len(journal.read_text("utf-8").splitlines()) == 1 + n_done
     assert to_csv(search_tasks(twofold, journal=journal)) == whole
     n_searches = len(calls) - 1
-    assert len(journal.read_text().splitlines()) == 1 + n_searches
+    assert len(journal.read_text("utf-8").splitlines()) == 1 + n_searches
 
 
 def test_a_finished_journal_is_all_it_takes(whole, short, tmp_path, monkeypatch):
@@ -328,7 +328,7 @@ def test_a_search_killed_at_any_moment_goes_on_to_the_same_bytes(
         patch.setattr(Journal, "append", lambda *a: lines.append(a) or append(*a))
         assert main([*arguments, "--jobs", "1", "--out", "whole/table.csv"]) == 0
 
-    Path("brief.py").write_text(BRIEF)
+    Path("brief.py").write_text(BRIEF, "utf-8")
     program = "import brief, sys; from msc.cli import main; sys.exit(main())"
     journal = tmp_path / "half" / ".table.csv.partial"
     arguments += ["--out", "half/table.csv"]

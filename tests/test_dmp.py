@@ -1,4 +1,6 @@
+import warnings
 from pathlib import Path
+from time import process_time
 
 import numpy as np
 import pytest
@@ -176,3 +178,90 @@ def test_places_that_are_no_points_are_refused(name, bad):
 def test_constants_without_a_movement_are_refused():
     with pytest.raises(ValueError, match="all basis functions are zero"):
         DMP(alpha=0.01).path(np.zeros(6), [0, 0], [1, 1], [0.0, 20.0])
+
+
+# Bounds
+
+
+SLOWEST = (1e4, 0.01, 100.0, 100.0, 100)  # of all corners
+
+
+def draw(seed):
+    """Draw constants within their bounds, evenly in their logarithms."""
+    rng = np.random.default_rng(seed)
+    drawn = [np.exp(rng.uniform(*np.log(pair))) for pair in msc.dmp._BOUNDS.values()]
+    return *(float(value) for value in drawn), int(rng.integers(2, 101))
+
+
+@pytest.mark.parametrize("constants", [SLOWEST, *map(draw, range(4))])
+def test_constants_within_their_bounds_make_a_movement_within_seconds(constants):
+    dmp, begun = DMP(*constants), process_time()
+    last = np.linspace(0, 20 * dmp.time_scale, 5)
+    try:
+        found = dmp.path(np.ones(dmp.n_params), START, GOAL, last)
+    except ValueError as error:
+        if "all basis functions are zero" not in str(error):
+            raise
+        assert dmp.alpha < dmp.n_basis  # a phase far from all of many narrow functions
+        found = np.zeros(1)
+    assert np.isfinite(found).all()
+    assert process_time() - begun < 15
+
+
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        ("spring", 1e10),
+        ("spring", 1e-9),
+        ("spring", 1e308),
+        ("damping", 1e-9),
+        ("damping", 1e6),
+        ("time_scale", 1e-6),
+        ("time_scale", 1e9),
+        ("alpha", 1e-12),
+        ("alpha", 1e3),
+        ("spring", "16"),
+        ("spring", None),
+        ("alpha", 4 + 0j),
+        ("time_scale", [1.0]),
+        ("damping", 10**400),
+    ],
+)
+def test_constants_beyond_sense_are_refused(name, value):
+    with pytest.raises(ValueError, match=rf"{name}=.*; wanted a positive number from"):
+        DMP(**{name: value})
+
+
+@pytest.mark.parametrize("n_basis", [10**6, 101, 2.5, "3", None])
+def test_a_number_of_basis_functions_beyond_sense_is_refused(n_basis):
+    with pytest.raises(ValueError, match=r"n_basis=.*; wanted at least 2, .* most 100"):
+        DMP(n_basis=n_basis)
+
+
+@pytest.mark.parametrize("last", [20.1, 1e6, 1e308])
+def test_times_long_after_the_movement_are_refused(last, monkeypatch):
+    monkeypatch.setattr(msc.dmp, "solve_ivp", None)
+    with pytest.raises(ValueError, match=r"times: the last is .*; wanted at most 20 "):
+        path(np.zeros(6), [0.0, last])
+
+
+@pytest.mark.parametrize("value", [1.1e9, -1e12, 1e308, np.longdouble("1e400")])
+def test_a_policy_beyond_sense_is_refused(value):
+    with pytest.raises(ValueError, match=r"policy has (a weight of|NaN or infinite)"):
+        path([0, 0, 0, 0, 0, value])
+    assert np.isfinite(path([0, 0, 0, 0, 0, 1e9])).all()
+
+
+@pytest.mark.parametrize("name", ["policy", "start", "goal", "times"])
+@pytest.mark.parametrize("kind", [np.array, list, lambda x: np.array(x, dtype=object)])
+def test_complex_numbers_are_refused_by_name(name, kind):
+    good = {"policy": [0] * 6, "start": [0, 0], "goal": [1, 1], "times": [0, 1]}
+    bad = kind([np.complex128(value) for value in good[name]])
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(ValueError, match=f"Complex data not supported: {name} "):
+            DMP().path(**good | {name: bad})
+    with pytest.raises(
+        ValueError, match=f"{name} must hold numbers: could not convert"
+    ):
+        DMP().path(**good | {name: ["1j"] * len(good[name])})

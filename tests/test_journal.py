@@ -102,7 +102,7 @@ def test_without_a_file_nothing_is_kept_on_disk(tmp_path, monkeypatch):
 def test_each_line_is_json(path):
     with Journal(path, plan) as journal:
         journal.append("level 0, sweep 1", 3, result())
-    header, entry = map(json.loads, path.read_text().splitlines())
+    header, entry = map(json.loads, path.read_text("utf-8").splitlines())
     assert list(header) == ["plan"]
     assert (entry["phase"], entry["k"]) == ("level 0, sweep 1", 3)
     assert entry["result"]["policy"] == result().policy.tolist()
@@ -212,7 +212,7 @@ def test_other_code_is_begun_anew(name, path, tmp_path, monkeypatch):
     shutil.copytree(Path(msc.journal.__file__).parent, package)
     monkeypatch.setattr(msc.journal, "__file__", str(package / "journal.py"))
     assert read(path)
-    with (package / f"{name}.py").open("a") as file:
+    with (package / f"{name}.py").open("a", encoding="utf-8") as file:
         file.write("# changed\n")
     assert not read(path)
 

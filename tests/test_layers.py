@@ -12,6 +12,8 @@ PACKAGE = Path(__file__).parents[1] / "msc"
 ROW = [
     "parallel",
     "files",
+    "arrays",
+    "escapes",
     "sampling",
     "geometry",
     "workspace",
@@ -88,13 +90,17 @@ ROW = [
     "plots_audit",
     "plots_movements",
     "plots_charts",
+    "schema",
     "notebook",
+    "checks",
+    "environment",
     "kernel",
     "record",
     "opening",
     "chapters",
     "reference",
     "source_pages",
+    "headings",
     "rendering",
     "figures",
     "provenance",
@@ -124,6 +130,7 @@ LEARNERS = {
     "toys",
     "methods",
 }
+OTHER_OPEN = {"Image.open", "os.open", "self._open", "webbrowser.open"}  # of no text
 ONLY_IN = {
     "pybullet": {"bullet"},
     "pybullet_data": {"bullet"},
@@ -167,6 +174,32 @@ def test_imports_only_from_modules_before_it(name):
 def test_pybullet_and_cma_have_one_module_each(name):
     _, others = imported(name)
     assert all(name in ONLY_IN.get(package, {name}) for package in others)
+
+
+@pytest.mark.parametrize(
+    "path",
+    [
+        path
+        for folder in ("msc", "benchmarks", "tests")
+        for path in (PACKAGE.parent / folder).rglob("*.py")
+    ],
+    ids=lambda path: path.stem,
+)
+def test_text_is_read_and_written_in_an_encoding_that_is_named(path):
+    """The one that a machine prefers is not always UTF-8."""
+    for node in ast.walk(ast.parse(path.read_text("utf-8"))):
+        if not isinstance(node, ast.Call):
+            continue
+        called = getattr(node.func, "attr", getattr(node.func, "id", ""))
+        options = {keyword.arg for keyword in node.keywords}
+        modes = [ast.unparse(value) for value in node.args]
+        if called in ("read_text", "write_text"):
+            is_named = len(modes) > (called == "write_text") or "encoding" in options
+        elif called in ("open", "fdopen") and ast.unparse(node.func) not in OTHER_OPEN:
+            is_named = "encoding" in options or any("b" in mode for mode in modes[-1:])
+        else:
+            continue
+        assert is_named, f"line {node.lineno}: {ast.unparse(node)}"
 
 
 @pytest.mark.parametrize("name", sorted(LEARNERS & set(MODULES)))

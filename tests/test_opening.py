@@ -25,7 +25,7 @@ def run(*cells):
 
 def test_the_tagged_cell_is_written(tmp_path):
     write_opening([run([]), run([], [WORDS, SLIDER])], tmp_path)
-    assert (tmp_path / "opening.html").read_text() == "<div>\n</div>"
+    assert (tmp_path / "opening.html").read_text("utf-8") == "<div>\n</div>"
 
 
 def test_a_book_may_have_none(tmp_path):

@@ -208,7 +208,7 @@ def test_pages_find_what_they_include(tmp_path):
         [included] = re.findall(r"\{include\} (\S+)", text)
         assert (tmp_path / "book" / included).resolve().read_text(encoding="utf-8")
     for file in re.findall(
-        r"<(\.\./\S+)>", (tmp_path / "book" / "tests_sources.md").read_text()
+        r"<(\.\./\S+)>", (tmp_path / "book" / "tests_sources.md").read_text("utf-8")
     ):
         assert (tmp_path / "book" / file).is_file()
 
@@ -239,9 +239,11 @@ def test_seven_systems_each_with_its_reference():
 def test_links_from_sources_lead_to_where_a_name_is_documented(tmp_path):
     sources = tmp_path / "_modules" / "msc"
     sources.mkdir(parents=True)
-    (tmp_path / "api.html").write_text('<dt id="msc.Arm"><dt id="msc.search.cost">')
+    (tmp_path / "api.html").write_text(
+        '<dt id="msc.Arm"><dt id="msc.search.cost">', "utf-8"
+    )
     links = "api.html#msc.Arm", "api.html#msc.cost"
-    (sources / "search.html").write_text(" ".join(links))
+    (sources / "search.html").write_text(" ".join(links), "utf-8")
     mend_backlinks(tmp_path)
     mended = "api.html#msc.Arm api.html#msc.search.cost"
-    assert (sources / "search.html").read_text() == mended
+    assert (sources / "search.html").read_text("utf-8") == mended

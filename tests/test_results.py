@@ -12,10 +12,10 @@ def results(tmp_path, monkeypatch):
     """Make a data folder with one result of one table; be there."""
     data = tmp_path / "data"
     (data / "results").mkdir(parents=True)
-    (data / "datapackage.json").write_text("{}")
-    (data / "free.csv").write_text("1,2\n")
+    (data / "datapackage.json").write_text("{}", "utf-8")
+    (data / "free.csv").write_text("1,2\n", "utf-8")
     found = {"cells": [1], "provenance": describe_origin("msc …", data / "free.csv")}
-    (data / "results" / "study_free.json").write_text(json.dumps(found))
+    (data / "results" / "study_free.json").write_text(json.dumps(found), "utf-8")
     monkeypatch.chdir(tmp_path)
     return data
 
@@ -28,7 +28,7 @@ def test_results_are_loaded_as_written(results):
 
 
 def test_results_of_another_table_are_refused(results):
-    (results / "free.csv").write_text("1,3\n")
+    (results / "free.csv").write_text("1,3\n", "utf-8")
     message = r"study_free\.json rests on another free\.csv; .* msc evaluate"
     with pytest.raises(ValueError, match=message):
         load_results("study_free")

@@ -1,4 +1,5 @@
 import pickle
+import warnings
 
 import numpy as np
 import pandas as pd
@@ -19,6 +20,7 @@ from sklearn.gaussian_process.kernels import (
 )
 from sklearn.kernel_ridge import KernelRidge
 from sklearn.linear_model import LinearRegression, LogisticRegression
+from sklearn.model_selection import GridSearchCV
 from sklearn.neighbors import KNeighborsRegressor
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import FunctionTransformer
@@ -48,6 +50,16 @@ class Given(ClusterMixin, BaseEstimator):
 
     def fit_predict(self, X, y=None):
         return np.asarray(self.labels)
+
+
+class Refusing(Given):
+    """Return labels as they were given."""
+
+    def fit_predict(self, X, y=None):
+        return self.labels
+
+    def __repr__(self):
+        return "Given()"
 
 
 def fast(charts="smce", **parameters):
@@ -381,6 +393,151 @@ def test_data_out_of_range():
         fast().fit(tasks[:2], np.array([1, 2]) * np.longdouble("1e400"))
     with pytest.raises(ValueError, match="X has 2 features"):
         fast(None).fit(tasks, policies).predict([[0.0, 1.0]])
+
+
+@pytest.mark.parametrize(
+    ("labels", "message"),
+    [
+        (np.zeros((48, 1), int), r"labels of shape \(48, 1\)"),
+        (np.eye(48, 3), r"labels of shape \(48, 3\)"),
+        ([0] * 47, r"labels of shape \(47,\)"),
+        ([0] * 49, r"labels of shape \(49,\)"),
+        ([], r"labels of shape \(0,\)"),
+        (None, r"labels of shape \(\)"),
+        (csr_array(np.zeros((48, 1))), r"labels of shape \(\)"),
+        ([[0], [1, 2]] * 24, r"the label \[0\]"),
+        ([0, "a"] * 24, "the label 'a'"),
+        (["a", 0] * 24, "the label 'a'"),
+        ([0, None] * 24, "the label None"),
+        ([None] * 48, "the label None"),
+        ([0.0, np.nan] * 24, "the label nan"),
+        ([0.0, -np.inf] * 24, "the label -inf"),
+        ([0, 1j] * 24, "the label 1j"),
+        (pd.Series([1, pd.NA] * 24, dtype="Int64"), "the label <NA>"),
+        ([(0, 1)] * 48, r"labels of shape \(48, 2\)"),
+    ],
+)
+def test_what_is_no_label_for_each_policy_is_refused(labels, message):
+    wanted = "wanted one for each of the 48 policies: a number, or all strings"
+    with pytest.raises(
+        ValueError, match=rf"charts=Given.* returned {message}; {wanted}"
+    ):
+        fast(Refusing(labels)).fit(tasks, policies)
+
+
+@pytest.mark.parametrize(
+    "labels",
+    [
+        ["left", "right"] * 24,
+        [0.0, 1.5] * 24,
+        [False, True] * 24,
+        [-1, 7] * 24,
+        np.array([0, 1] * 24, dtype=object),
+        np.array(["a", "b"] * 24, dtype=object),
+        np.array([0, 1] * 24, dtype=np.uint8),
+        pd.Series([3, 9] * 24, index=range(48, 0, -1)),
+        pd.Categorical(["a", "b"] * 24),
+    ],
+)
+def test_labels_may_be_numbers_or_strings_of_any_kind(labels):
+    skill = fast(Refusing(labels)).fit(tasks, policies)
+    np.testing.assert_array_equal(skill.charts_, [0, 1] * 24)
+
+
+@pytest.mark.parametrize(
+    ("skill", "name", "message"),
+    [
+        (fast(), "charts__n_clusters", r"charts='smce': pass charts=SMCE\(\)"),
+        (fast(None), "charts__n_clusters", r"charts=None: pass charts=SMCE\(\)"),
+        (fast(gate="svm"), "gate__C", r"gate='svm': pass gate=SVC\(\)"),
+        (
+            ParameterizedSkill(),
+            "regressor__alpha",
+            r"regressor=None: pass regressor=gauss",
+        ),
+    ],
+)
+def test_a_parameter_of_a_part_without_parameters_says_what_to_pass(
+    skill, name, message
+):
+    with pytest.raises(ValueError, match=rf"{name} cannot be set while {message}"):
+        clone(skill).set_params(**{name: 2})
+    with pytest.raises(ValueError, match=rf"{name} cannot be set while {message}"):
+        GridSearchCV(skill, {name: [2, 3]}, cv=2).fit(tasks, policies)
+
+
+def test_parameters_of_the_charts_can_be_searched():
+    order = np.random.default_rng(0).permutation(48)
+    grid = {"charts": [SMCE(n_neighbors=6)], "charts__n_clusters": [1, 3]}
+    found = GridSearchCV(fast(), grid, cv=3).fit(tasks[order], policies[order])
+    assert found.best_params_["charts__n_clusters"] == 3
+    assert fast().set_params(charts=SMCE(), charts__n_clusters=2).charts.n_clusters == 2
+    with pytest.raises(ValueError, match="Invalid parameter 'chart' for estimator"):
+        fast().set_params(chart__n_clusters=2)
+
+
+def odd(kind):
+    """Return policies of a kind that are no real numbers, and what is said of them."""
+    y = policies[:, 0]
+    times = pd.date_range("2020", periods=48)
+    return {
+        "complex": (y + 0j, "Complex data"),
+        "complex list": ([[complex(value)] for value in y], "Complex data"),
+        "complex objects": (
+            np.array([*y[1:], np.complex64(1)], object),
+            "Complex data",
+        ),
+        "complex frame": (pd.DataFrame({"a": y + 1j, "b": ["1"] * 48}), "Complex data"),
+        "complex strings": (["1+2j"] * 48, "{0} must hold numbers: could not convert"),
+        "dates": (times, "{0} must hold numbers. Got dates"),
+        "durations": (times - times[0], "{0} must hold numbers. Got dates"),
+        "date and number": (pd.DataFrame({0: y, 1: times}), "{0} must hold num"),
+        "masked": (np.ma.masked_array(y, y > 0), "{0} must hold numbers. Got masked"),
+        "categories": (pd.Series(["a", "b"] * 24).astype("category"), "{0} must hold"),
+        "dictionaries": ([{"a": 1}] * 48, "{0} must hold numbers: float"),
+        "ragged": ([[1, 2], [1]] * 24, "{0} must hold numbers: setting an array"),
+        "sparse rows": ([csr_array(policies[:1])] * 48, "{0} must hold numbers: set"),
+        "foreign": (Foreign(), "{0} must hold numbers: float"),
+    }[kind]
+
+
+class Foreign:
+    """A column of another library that NumPy cannot read."""
+
+    def __len__(self):
+        return 48
+
+
+@pytest.mark.parametrize("learner", [fast(None), CrKR(), SMCE()])
+@pytest.mark.parametrize(
+    "kind",
+    """complex, complex list, complex objects, complex frame, complex strings, dates,
+    durations, date and number, masked, categories, dictionaries, ragged, sparse rows,
+    foreign""".replace("\n   ", "").split(", "),
+)
+def test_what_is_no_real_number_is_refused_by_name(learner, kind):
+    values, message = odd(kind)
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        if not isinstance(learner, SMCE):
+            with pytest.raises(ValueError, match=message.format("y")):
+                clone(learner).fit(tasks, values)
+            with pytest.raises((ValueError, TypeError), match=message.format("X")):
+                clone(learner).fit(tasks, policies).predict(values)
+        with pytest.raises((ValueError, TypeError), match=message.format("X")):
+            clone(learner).fit(values, policies)
+
+
+@pytest.mark.parametrize("learner", [fast(None), CrKR()])
+def test_a_single_number_is_no_policy_for_each_task(learner):
+    with pytest.raises(ValueError, match=r"y must hold one policy a task. Got 3\.0"):
+        learner.fit(tasks, 3.0)
+
+
+def test_a_known_chart_is_no_complex_number():
+    skill = fast(Given(pieces)).fit(tasks, policies)
+    with pytest.raises(ValueError, match="Complex data not supported: chart"):
+        skill.predict(tasks[:1], chart=[1 + 0j])
 
 
 def test_a_regressor_without_standard_deviation_says_so():

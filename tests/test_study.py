@@ -334,11 +334,11 @@ def test_evaluate_writes_what_it_found(monkeypatch, tmp_path, capsys):
     files = [f"{kind}_{world}.json" for world in ("free", "obstacles")
              for kind in ("study", "elbow")]  # fmt: skip
     assert sorted(path.name for path in (tmp_path / "new").iterdir()) == sorted(files)
-    found = json.loads((tmp_path / "new" / "study_obstacles.json").read_text())
+    found = json.loads((tmp_path / "new" / "study_obstacles.json").read_text("utf-8"))
     assert found == run_study("obstacles", seed=3)
     options = {"n_resamples": 3, "seed": 3, "jobs": 1, "progress": True}
     assert asked == [(24, 24, options)] * 2
-    found = json.loads((tmp_path / "new" / "elbow_free.json").read_text())
+    found = json.loads((tmp_path / "new" / "elbow_free.json").read_text("utf-8"))
     assert found["readings"]["eigengap"]["picked"] == 4
     assert found["provenance"]["command"] == "msc evaluate --profile quick --seed 3"
     out, err = capsys.readouterr()

@@ -35,7 +35,7 @@ def path(tmp_path):
 
 
 def package(path):
-    return json.loads(path.with_name("datapackage.json").read_text())
+    return json.loads(path.with_name("datapackage.json").read_text("utf-8"))
 
 
 def rewrite(path, table):
@@ -70,7 +70,9 @@ def test_a_margin_may_be_empty(path, margin):
     table = load_dataset(path)[2]
     np.testing.assert_array_equal(table["margin"], margin)
     place = list(COLUMNS).index("margin")
-    for line, value in zip(path.read_text().splitlines()[1:], margin, strict=True):
+    for line, value in zip(
+        path.read_text("utf-8").splitlines()[1:], margin, strict=True
+    ):
         assert line.split(",")[place] == ("" if np.isnan(value) else str(value))
 
 
@@ -196,7 +198,7 @@ def test_a_table_without_a_package_is_taken_as_it_is(path, tmp_path):
 @pytest.mark.parametrize("content", ["", ",".join(COLUMNS) + "\n"])
 def test_an_empty_table_is_named(path, content):
     path.with_name("datapackage.json").unlink()
-    path.write_text(content)
+    path.write_text(content, "utf-8")
     with pytest.raises(ValueError, match=r"free\.csv: "):
         load_dataset(path)
 
@@ -250,7 +252,7 @@ def test_a_package_that_lacks_a_key_is_no_package_of_the_table(key, path):
     described = package(path)
     described["resources"][0]["hash"] = "none"
     del described["resources"][0][key]
-    path.with_name("datapackage.json").write_text(json.dumps(described))
+    path.with_name("datapackage.json").write_text(json.dumps(described), "utf-8")
     with pytest.raises(ValueError, match=r"free\.csv: checksum .* differs"):
         load_dataset(path)
 
@@ -298,5 +300,126 @@ def test_a_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
     monkeypatch.setattr(msc.files.os, "fsync", fail)
     with pytest.raises(OSError, match="disk full"):
         replace_file(file, "new")
-    assert file.read_text() == "old"
+    assert file.read_text("utf-8") == "old"
     assert [one.name for one in file.parent.iterdir()] == ["file.txt"]
+
+
+# Tables from spreadsheets
+
+
+def as_text(path, change):
+    """Write a table as text that a spreadsheet could have written."""
+    path.with_name("datapackage.json").unlink()
+    text = made_up().to_csv(index=False)
+    path.write_bytes(change(text))
+    return path
+
+
+def separate(text, separator):
+    return text.replace(",", separator)
+
+
+@pytest.mark.parametrize(
+    ("change", "found"),
+    [
+        (lambda text: separate(text, ";"), "by semicolons; wanted commas"),
+        (lambda text: separate(text, ";").replace(".", ","), "by semicolons; wanted"),
+        (lambda text: separate(text, "; "), "by semicolons; wanted commas"),
+        (lambda text: '"' + separate(text, '";"'), "by semicolons; wanted commas"),
+        (lambda text: "\ufeff" + separate(text, ";"), "by semicolons; wanted commas"),
+        (lambda text: "\n\n" + separate(text, ";"), "by semicolons; wanted commas"),
+        (lambda text: separate(text, "\t"), "by tabs; wanted commas"),
+        (lambda text: separate(text, "\t").replace(".", ","), "by tabs; wanted commas"),
+        (lambda text: separate(text, "|"), "by pipes; wanted commas"),
+        (lambda text: separate(text, " | "), "by pipes; wanted commas"),
+        (lambda text: separate(text, "   "), "by spaces; wanted commas"),
+        (lambda text: "sep=;\n" + separate(text, ";"), r"by semicolons and .* 'sep=;'"),
+        (lambda text: "SEP=;\n" + separate(text, ";"), r"by semicolons and .* 'SEP=;'"),
+        (lambda text: "sep=\t\n" + separate(text, "\t"), "by tabs and the first line"),
+        (lambda text: "sep=,\n" + text, "by ',' and the first line is 'sep=,'"),
+        (lambda text: "sep=^\n" + separate(text, "^"), r"by '\^' and the first line"),
+    ],
+)
+@pytest.mark.parametrize("newline", ["\n", "\r\n"])
+def test_another_separator_is_told(path, change, found, newline):
+    as_text(path, lambda text: change(text).replace("\n", newline).encode())
+    with pytest.raises(ValueError, match=rf"^free\.csv: columns are separated {found}"):
+        load_dataset(path)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda text: text.encode("utf-8-sig"),
+        lambda text: text.replace("\n", "\r\n").encode(),
+        lambda text: text.encode() + b"\r\n\r\n\n",
+        lambda text: separate(text, ", ").encode(),
+        lambda text: separate(text, " , ").encode(),
+        lambda text: (
+            ('"' + text.partition("\n")[0].replace(",", '","') + '"\n').encode()
+            + text.partition("\n")[2].encode()
+        ),
+        lambda text: text.replace("\n", ",\n").encode(),
+    ],
+)
+def test_what_a_spreadsheet_adds_round_commas_changes_nothing(path, change):
+    wanted = load_dataset(path)
+    for found, value in zip(
+        load_dataset(as_text(path, change))[:2], wanted, strict=False
+    ):
+        np.testing.assert_array_equal(found, value)
+
+
+@pytest.mark.parametrize("number", ["0,5", "1,234.5", "-1.234,5"])
+def test_commas_within_numbers_are_told(path, number):
+    rewrite(path, made_up(cost=[number, "2", "3", "4", "5"]))
+    with pytest.raises(
+        ValueError, match=rf"'{number}'; wanted decimal points, no comm"
+    ):
+        load_dataset(path)
+
+
+def test_rows_longer_than_the_header_are_told(path):
+    as_text(path, lambda text: text.replace(".", ",").encode())
+    with pytest.raises(
+        ValueError, match=r"free\.csv: .*(more values|Expected 19 fields)"
+    ):
+        load_dataset(path)
+    head, _, rows = made_up().to_csv(index=False).partition("\n")
+    path.write_text(head + "\n" + rows.replace("\n", ",7\n"), "utf-8")
+    with pytest.raises(ValueError, match=r"free\.csv: rows hold more values than"):
+        load_dataset(path)
+
+
+def test_other_encodings_and_names_given_twice_are_told(path):
+    as_text(path, lambda text: text.replace("start 0", "début").encode("latin-1"))
+    with pytest.raises(ValueError, match=r"free\.csv: wanted a table in UTF-8"):
+        load_dataset(path)
+    path.write_bytes(made_up().to_csv(index=False).encode("utf-16"))
+    with pytest.raises(ValueError, match=r"free\.csv: wanted a table in UTF-8"):
+        load_dataset(path)
+    twice = made_up().to_csv(index=False).replace("seed", "seed,seed ", 1)
+    path.write_text(twice.replace("\n", ",1\n").replace(",1\n", "\n", 1), "utf-8")
+    with pytest.raises(ValueError, match=r"free\.csv: columns given twice: seed"):
+        load_dataset(path)
+
+
+@pytest.mark.parametrize(
+    ("tasks", "named"),
+    [
+        ([0.0, 90.0, 180.0, 270.0, 360.0], r"\[360\.0\]"),
+        ([-1e-9, 90.0, 180.0, 270.0, 359.0], r"\[-1e-09\]"),
+        ([-90.0, 90.0, 180.0, 450.0, 359.0], r"\[-90\.0, 450\.0\]"),
+    ],
+)
+def test_tasks_outside_the_turn_are_named(path, tasks, named):
+    rewrite(path, made_up(task_deg=tasks))
+    with pytest.raises(ValueError, match=rf"task_deg={named}; wanted angles from 0 to"):
+        load_dataset(path)
+
+
+def test_tasks_at_the_ends_of_the_turn_are_loaded(path):
+    last = np.nextafter(360.0, 0.0)
+    rewrite(path, made_up(task_deg=[-0.0, 90.0, 180.0, 270.0, last]))
+    tasks = load_dataset(path)[0]
+    assert 0 <= tasks.min() < tasks.max() < 2 * np.pi

@@ -293,7 +293,7 @@ def test_importing_swallows_pybullet_s_line_and_no_other():
 
 
 def resident_mb():
-    pages = int(Path("/proc/self/statm").read_text().split()[1])
+    pages = int(Path("/proc/self/statm").read_text("utf-8").split()[1])
     return pages * os.sysconf("SC_PAGE_SIZE") / 1e6
 
 

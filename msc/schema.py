@@ -1,0 +1,362 @@
+"""The parameters of a chapter: what its cell of them declares, and what they may be.
+
+The cell is plain assignments. The comment beside one is what it means, and ends in the
+values it may take:
+
+    n_samples = 24  # training tasks, evenly spaced (2 to 360)
+    n_charts = 4  # None: the elbow picks (1 to 10, at most n_samples, or None)
+    task_deg = 60.0  # the task, in degrees (any number, modulo 360)
+    design = "even"  # how they are drawn ("even", "uniform" or "nonuniform")
+
+Its type is the default's; numbers are whole if the default is and both bounds are. A
+comment too long for its line goes on in one that begins with the parenthesis. All else
+is made of this: what the command line refuses, what a chapter checks before it computes
+anything, and the page of parameters.
+"""
+
+import ast
+import io
+import math
+import re
+import reprlib
+import tokenize
+from collections.abc import Mapping, MutableMapping
+from numbers import Integral, Real
+from typing import Any, NamedTuple
+
+_NUMBER = r"-?\d+(?:\.\d+)?"
+_LITERAL = rf'"[^"]*"|{_NUMBER}|None|True|False'
+_RANGE = re.compile(
+    rf"(?:any number|(?P<low>{_NUMBER}) to (?P<high>{_NUMBER}))"
+    rf"(?:, modulo (?P<period>{_NUMBER}))?"
+    r"(?:, at most (?P<most>\w+))?(?:, at least (?P<least>\w+))?"
+    r"(?P<none>,? or None)?"
+)
+_LITERALS = re.compile(_LITERAL)
+_CHOICES = re.compile(rf"(?:{_LITERAL})(?:(?:, | or )(?:{_LITERAL}))+")
+_NONE = ("None", "null")  # how a file of parameters may spell it
+_REFUSED = object()
+_NAMES = {int: "a whole number", float: "a number", bool: "True or False", str: "text"}
+
+
+class Parameter(NamedTuple):
+    """A parameter as a chapter declares it.
+
+    Attributes
+    ----------
+    default : str
+        Its value, as Python writes it.
+    meaning : str
+        The comment beside it, without the values.
+    values : str
+        Those that it may take, as the comment's last parenthesis has them; empty if
+        there is none: then only the type counts.
+    """
+
+    default: str
+    meaning: str
+    values: str = ""
+
+    @property
+    def wanted(self) -> str:
+        """What values it may take, in words."""
+        kind = _NAMES.get(self._kind, "anything")
+        if not (found := _RANGE.fullmatch(self.values)):
+            return self.values or kind
+        words = f"{kind} from {found['low']} to {found['high']}"
+        if not found["low"]:
+            words = kind.replace("a ", "any ", 1)
+        words += f", modulo {found['period']}" if found["period"] else ""
+        words += "".join(f", {limit} {name}" for limit, name in self.limits)
+        return words + (" or None" if found["none"] else "")
+
+    @property
+    def limits(self) -> list[tuple[str, str]]:
+        """By which other parameters it is bounded: ("at most" or "at least", name)."""
+        found = _RANGE.fullmatch(self.values)
+        named = {"at most": found["most"], "at least": found["least"]} if found else {}
+        return [(limit, name) for limit, name in named.items() if name]
+
+    def read(self, name: str, value: Any) -> Any:
+        """Return a value as its type has it: text that is a number as a number.
+
+        Parameters
+        ----------
+        name : str
+            The parameter's, to name it.
+        value : object
+            What it was given.
+
+        Returns
+        -------
+        object
+            The value; an angle given modulo a full turn within the first turn.
+
+        Raises
+        ------
+        ValueError
+            If the value is of another type, or not among those it may take.
+        """
+        read = self._typed(value)
+        if read is not _REFUSED and read is not None:
+            read = self._within(read)
+        if read is _REFUSED:
+            raise ValueError(f"{name}={_shown(value)}; wanted {self.wanted}")
+        return read
+
+    @property
+    def _default(self) -> Any:
+        """The default, if it is written out and nothing to be computed."""
+        try:
+            return ast.literal_eval(self.default)
+        except (ValueError, SyntaxError):
+            return _REFUSED
+
+    @property
+    def _kind(self) -> type:
+        """Its type: the default's; whole numbers have whole bounds."""
+        kind = type(self._default)
+        if found := _RANGE.fullmatch(self.values):
+            is_whole = kind is not float and found["low"] and "." not in self.values
+            return int if is_whole else float
+        return kind
+
+    def _typed(self, value: Any) -> Any:
+        """Return the value as its type has it, or that it is refused."""
+        kind = self._kind
+        is_none = value is None or (isinstance(value, str) and value in _NONE)
+        if is_none and "None" in _LITERALS.findall(self.values):
+            return None
+        if kind in (int, float):
+            return _number(value, kind)
+        return value if kind not in _NAMES or isinstance(value, kind) else _REFUSED
+
+    def _within(self, value: Any) -> Any:
+        """Return the value if it may be taken, or that it is refused."""
+        if not (found := _RANGE.fullmatch(self.values)):
+            choices = [ast.literal_eval(one) for one in _LITERALS.findall(self.values)]
+            return value if not choices or value in choices else _REFUSED
+        if found["low"] and not float(found["low"]) <= value <= float(found["high"]):
+            return _REFUSED
+        if found["period"]:
+            period = self._kind(found["period"])
+            return value % period % period  # -1e-20 % 360 is 360
+        return value
+
+
+def declared(code: str) -> dict[str, Parameter]:
+    r"""Return what a cell of parameters assigns.
+
+    Parameters
+    ----------
+    code : str
+        The cell's text.
+
+    Returns
+    -------
+    dict of str to Parameter
+        By name, in the order of the cell.
+
+    Raises
+    ------
+    ValueError
+        If the cell is no Python, or the values in a comment cannot be understood.
+
+    Examples
+    --------
+    >>> for name, one in declared("n = 24  # tasks (2 to 360)\nseed = 0").items():
+    ...     print(name, tuple(one), one.wanted)
+    n ('24', 'tasks', '2 to 360') a whole number from 2 to 360
+    seed ('0', '', '') a whole number
+    """
+    try:
+        tree = ast.parse(code, "the cell")
+        tokens = [*tokenize.generate_tokens(io.StringIO(code).readline)]
+    except (SyntaxError, ValueError, tokenize.TokenError) as error:
+        raise ValueError(f"its cell of parameters is no Python: {error}") from error
+    comments = {
+        token.start: token.string.lstrip("# ").strip()
+        for token in tokens
+        if token.type == tokenize.COMMENT
+    }
+    beside = {line: comment for (line, column), comment in comments.items() if column}
+    alone = {
+        line: comment for (line, column), comment in comments.items() if not column
+    }
+    found = {}
+    for line in ast.walk(tree):
+        if isinstance(line, ast.Assign | ast.AnnAssign):
+            default = ast.unparse(line.value) if line.value else ""
+            end = line.end_lineno or 0
+            comment, below = beside.get(end, ""), alone.get(end + 1, "")
+            comment += f" {below}" if below.startswith("(") else ""
+            for node in ast.walk(line):
+                if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+                    found[node.id] = _parameter(node.id, default, comment.strip())
+    for name, one in found.items():
+        for _, other in one.limits:
+            if other not in found:
+                raise ValueError(f"{name} is bounded by {other}, which is not declared")
+    return found
+
+
+def check(
+    parameters: Mapping[str, Parameter], given: Mapping[str, Any]
+) -> dict[str, Any]:
+    r"""Check values of parameters, alone and against each other.
+
+    Parameters
+    ----------
+    parameters : mapping from str to Parameter
+        All that are declared.
+    given : mapping from str to object
+        Values for some of them; others are the defaults.
+
+    Returns
+    -------
+    dict
+        The values given, each as its type has it.
+
+    Raises
+    ------
+    ValueError
+        If a parameter is not declared, or cannot take its value.
+
+    Examples
+    --------
+    >>> cell = "n = 24  # tasks (2 to 360)\nk = 4  # parts (1 to 10, at most n)"
+    >>> check(declared(cell), {"n": "1e2", "k": 5.0})
+    {'n': 100, 'k': 5}
+    >>> check(declared(cell), {"n": 3})
+    Traceback (most recent call last):
+    ValueError: k=4, n=3; wanted k at most n
+    """
+    for name in given:
+        if name not in parameters:
+            known = ", ".join(sorted(parameters)) or "none"
+            raise ValueError(f"no parameter {name!r}; it declares: {known}")
+    read = {name: parameters[name].read(name, value) for name, value in given.items()}
+    values = {
+        name: one.read(name, one._default)
+        for name, one in parameters.items()
+        if one.values and name not in read and one._default is not _REFUSED
+    }
+    values |= read
+    for name, one in parameters.items():
+        for limit, other in one.limits:
+            value, bound = values.get(name), values.get(other)
+            if value is None or bound is None:
+                continue
+            if value > bound if limit == "at most" else value < bound:
+                both = f"{name}={value!r}, {other}={bound!r}"
+                raise ValueError(f"{both}; wanted {name} {limit} {other}")
+    return read
+
+
+def check_parameters(namespace: MutableMapping[str, Any]) -> None:
+    """Check the parameters of a running chapter, before it computes anything.
+
+    Its first call is ``check_parameters(globals())``. A parameter may have come from
+    papermill, from the command line or from an edit of the cell. Text that is a number
+    becomes one.
+
+    Parameters
+    ----------
+    namespace : mapping from str to object
+        The chapter's variables. IPython keeps in one of them, `In`, the cells that
+        were executed; those that hold nothing but assignments, beside comments that end
+        in values, declare parameters. Without IPython nothing is checked.
+
+    Raises
+    ------
+    ValueError
+        If a parameter cannot take its value.
+    """
+    known: dict[str, Parameter] = {}
+    for code in filter(_declares, namespace.get("In", ())):
+        known |= declared(code)
+    values = {name: namespace[name] for name in known if name in namespace}
+    namespace.update(check(known, values))
+
+
+def resolve(word: str) -> Any:
+    """Read a word of the command line as `papermill -p` does.
+
+    Parameters
+    ----------
+    word : str
+        The word.
+
+    Returns
+    -------
+    bool, None, int, float or str
+        What it stands for.
+
+    Examples
+    --------
+    >>> [resolve(word) for word in ("None", "1e2", "48", "even", "null")]
+    [None, 100.0, 48, 'even', 'null']
+    """
+    named = {"True": True, "False": False, "None": None}
+    if word in named:
+        return named[word]
+    for kind in (int, float):
+        try:
+            return kind(word)
+        except ValueError:
+            pass
+    return word
+
+
+def _parameter(name: str, default: str, comment: str) -> Parameter:
+    """Part a comment into what a parameter means and the values it may take."""
+    if not (found := re.fullmatch(r"(.*?)\s*\(([^()]*)\)", comment)):
+        return Parameter(default, comment)
+    meaning, values = found.groups()
+    if not _are_values(values):
+        raise ValueError(
+            f"{name}: its comment ends in ({values}); wanted the values it may take, "
+            'as (0 to 360), (1 to 10, at most n, or None), (any number) or ("a" or "b")'
+        )
+    return Parameter(default, meaning, values)
+
+
+def _declares(code: str) -> bool:
+    """Tell whether a cell holds assignments alone, and the values that one may take."""
+    try:
+        lines = ast.parse(code).body
+    except (SyntaxError, ValueError):
+        return False
+    ends = re.findall(r"#.*\(([^()]*)\)\s*$", code, re.MULTILINE)
+    return all(isinstance(line, ast.Assign | ast.AnnAssign) for line in lines) and any(
+        _are_values(end) for end in ends
+    )
+
+
+def _are_values(text: str) -> bool:
+    """Tell whether the inside of a parenthesis names values."""
+    return bool(_RANGE.fullmatch(text) or _CHOICES.fullmatch(text))
+
+
+def _number(value: Any, kind: type) -> Any:
+    """Return a finite number as one of its kind, or that it is refused."""
+    if isinstance(value, str):
+        value = resolve(value)
+    if isinstance(value, bool) or not isinstance(value, Real):
+        return _REFUSED
+    if isinstance(value, Integral):
+        value = int(value)
+    elif not math.isfinite(value):
+        return _REFUSED
+    try:
+        return kind(value) if kind is float or value == int(value) else _REFUSED
+    except OverflowError:
+        return _REFUSED
+
+
+def _shown(value: Any) -> str:
+    """Show a value, shortened."""
+    try:
+        return reprlib.repr(value)
+    except ValueError:
+        return "a whole number of thousands of digits"
