@@ -24,6 +24,7 @@ _COVER = 0.85  # of a group's points: smaller groups that cover so many may repl
 _CHANCE = 0.75  # copies a point that points at random on a curve have, times the ratio
 _EVIDENCE = 18.0  # the least logarithm of the likelihood ratio of copies to chance
 _REACH = 10.0  # times the ratio of most evidence: groups up to there are copies, too
+_EVEN = 0.98  # the mean step of a group over its longest: so even is a piece's spacing
 _ROUNDING = 1e-10  # of the step to the next point, and of the distance from zero
 
 
@@ -33,13 +34,15 @@ class _Group(NamedTuple):
     members: list[int]
     apart: float  # step to the next point
     ratio: float  # to this step of the longest one between members
+    evenness: float  # the mean step between members, over the longest
 
 
 class _Part(NamedTuple):
-    """A cluster of single linkage: its longest step, and the groups found within it."""
+    """A cluster of single linkage: its steps, and the groups found within it."""
 
     members: list[int]
     longest: float
+    total: float
     groups: list[_Group]
 
 
@@ -68,8 +71,10 @@ def find_copies(X: Array) -> Indices:
     0.75 r copies a point, and fewer on a sheet. Near copies count only where there are
     more than that: at the r where the Poisson likelihood ratio is greatest it has to
     exceed exp(18). Then groups are copies up to ten times this r. They have to be more
-    than the largest of them has points (a few far clusters are clusters), and a step
-    counts as at most 2.5 median ones (a small piece far from all others is a piece).
+    than the largest of them has points (a few far clusters are clusters) and not, most
+    of them, evenly spaced (so are pieces of a curve); and a step counts as at most 2.5
+    median ones (a small piece far from all others is a piece). What nothing tells from
+    copies are many far clusters of at most 12 points each.
     Groups with a ratio below 1e-10, and steps below 1e-10 of their distance from zero,
     differ by rounding and always count.
 
@@ -126,7 +131,7 @@ def _group(
     """Group points by single linkage, given the tree's edges, shortest first."""
     found: list[_Group] = []
     roots = list(range(n_points))  # of a part that was joined: the part it went into
-    parts = {i: _Part([i], 0.0, []) for i in roots}
+    parts = {i: _Part([i], 0.0, 0.0, []) for i in roots}
     for step, *ends in edges:
         for end in (0, 1):
             while roots[ends[end]] != ends[end]:
@@ -139,7 +144,8 @@ def _group(
             found += groups
             members, groups = members[: _MOST + 1], []
         roots[ends[0]] = ends[1]
-        parts[ends[1]] = _Part(members, step, groups)
+        total = one.total + other.total + step
+        parts[ends[1]] = _Part(members, step, total, groups)
     return found + [group for part in parts.values() for group in part.groups]
 
 
@@ -148,7 +154,9 @@ def _close(part: _Part, step: float) -> list[_Group]:
 
     A tight whole is a group, unless smaller ones nearly cover it and are tighter.
     """
-    whole = _Group(part.members, step, part.longest / step)
+    mean = part.total / max(len(part.members) - 1, 1)
+    evenness = mean / part.longest if part.longest else 1.0
+    whole = _Group(part.members, step, part.longest / step, evenness)
     inner = [group for group in part.groups if len(group.members) > 1]
     covered = sum(len(group.members) for group in inner)
     if len(part.members) > 1 and (
@@ -165,6 +173,9 @@ def _close(part: _Part, step: float) -> list[_Group]:
 
 def _common_ratio(groups: list[_Group], n_points: int) -> float:
     """Return up to which ratio groups are most surely more than chance; 0 if not so."""
+    evenness = [g.evenness for g in groups if len(g.members) > 2]
+    if evenness and np.median(evenness) > _EVEN:
+        return 0.0
     tight = sorted((g.ratio, len(g.members)) for g in groups if len(g.members) > 1)
     if not tight:
         return 0.0

@@ -78,10 +78,13 @@ class SMCE(ClusterMixin, BaseEstimator):  # type: ignore[misc]
     eigenvalues_ : ndarray
         Of the normalised Laplacian of the distinct points, ascending; all of them up to
         2000 points. As many are zero as the graph has connected components.
+    copy_of_ : ndarray of shape (n_samples,)
+        Index of the first point that says the same: a point's own if it is no copy.
     embedding_ : ndarray of shape (n_samples, n_clusters)
         Unit rows, among which k-means finds the charts.
     elbow_curve_ : ndarray of shape (min(max_clusters, n_samples),)
-        Entry S - 1 is the within-chart sum of squares of `X` for S charts.
+        Entry S - 1 is the within-chart sum of squares of the distinct points for S
+        charts.
     n_clusters_ : int
         Number of charts.
     labels_ : ndarray of shape (n_samples,)
@@ -101,15 +104,15 @@ class SMCE(ClusterMixin, BaseEstimator):  # type: ignore[misc]
     1e-11 of the optimum, relative to it, in either form; on others at worst within the
     solver's own 1e-8 of a point's value at its nearest neighbour.
 
-    Points given more than once, exactly or nearly, are clustered once, and copies are
-    in the chart of their point: they would use up its neighbours, and the graph would
-    fall into as many components as there are points (`msc.copies` says what counts as
-    a copy). Near copies, 2 to 8 of every point, were all found up to a noise of 0.05 of
-    the distance to the next point, and charts stayed what they are without (adjusted
-    Rand index at least 0.95, with 6 to 20 neighbours); at 0.1 and 0.2 most are found;
+    Points given more than once, exactly or nearly, are clustered once, as their mean,
+    and copies are in the chart of their point: they would use up its neighbours, and
+    the graph would fall into as many components as there are points. `msc.copies` says
+    what counts as a copy, `copy_of_` what was taken for one. Near copies, 2 to 8 of
+    every point, are all found up to a noise of 0.05 of the distance to the next point.
+    Charts then stay what they are without (adjusted Rand index at least 0.95, with 6 to
+    20 neighbours), but for those that hang on a few points: such ones change with the
+    order of points and with noise on single points, too. At 0.1 and 0.2 most are found;
     at 0.5 none is, and charts are arbitrary unless `n_neighbors` reaches beyond them.
-    In a random order, or with that noise on single points, charts that hang on a few
-    points may change, too.
 
     Affinities are the row-normalised `|c_j / d_j|`, in the raw form `|c_j|`, pruned and
     symmetrised by the larger of both directions; clustering follows [3]_. Where the
@@ -203,8 +206,10 @@ class SMCE(ClusterMixin, BaseEstimator):  # type: ignore[misc]
                 f"n_clusters={self.n_clusters} must be at most n_samples={n_samples}."
             )
         check_magnitude("X", X)
-        points, place = np.unique(find_copies(X).astype(np.int32), return_inverse=True)
-        affinity = self._connect(X, points, place)
+        self.copy_of_ = find_copies(X)
+        points, place = np.unique(self.copy_of_, return_inverse=True)
+        distinct = _means(X, points, place)
+        affinity = self._connect(distinct, points.astype(np.int32), place)
 
         curve_length = min(self.max_clusters, n_samples)
         wanted = max(self.n_clusters or 1, curve_length)
@@ -214,7 +219,7 @@ class SMCE(ClusterMixin, BaseEstimator):  # type: ignore[misc]
         charts = cluster_each(vectors, min(curve_length, len(points)), seed)
         charts += charts[-1:] * (curve_length - len(charts))
         self.elbow_curve_ = np.array(
-            [within_chart_squares(X, each[place]) for each in charts]
+            [within_chart_squares(distinct, each) for each in charts]
         )
         count = self.n_clusters or elbow(self.elbow_curve_)
         count = self.n_clusters_ = min(count, len(points))
@@ -226,13 +231,13 @@ class SMCE(ClusterMixin, BaseEstimator):  # type: ignore[misc]
         return self
 
     def _connect(
-        self, X: Array, points: NDArray[np.int32], place: NDArray[np.intp]
+        self, distinct: Array, points: NDArray[np.int32], place: NDArray[np.intp]
     ) -> sp.csr_array:
-        """Reconstruct the distinct points of X; return the graph of their affinities.
+        """Reconstruct the distinct points; return the graph of their affinities.
 
-        `place` says which of them each row of X is, or repeats.
+        They are rows `points` of X; `place` says which of them each row is, or repeats.
         """
-        n_samples, n_points = len(X), len(points)
+        n_samples, n_points = len(place), len(points)
         shape = (n_samples, n_samples)
         indices = np.arange(n_samples, dtype=np.int32)
         copies = indices[points[place] != indices]
@@ -246,10 +251,10 @@ class SMCE(ClusterMixin, BaseEstimator):  # type: ignore[misc]
         search = NearestNeighbors(
             n_neighbors=min(self.n_neighbors, n_points - 1), algorithm="kd_tree"
         )
-        neighbors = search.fit(X[points]).kneighbors(return_distance=False)
+        neighbors = search.fit(distinct).kneighbors(return_distance=False)
         is_normalized = self.form == "normalized"
         coef, distances, objective = reconstruct(
-            X[points],
+            distinct,
             neighbors,
             regularization=self.regularization,
             is_normalized=is_normalized,
@@ -290,6 +295,16 @@ class SMCE(ClusterMixin, BaseEstimator):  # type: ignore[misc]
                 f"n_neighbors than {self.n_neighbors} may connect them.",
                 stacklevel=3,
             )
+
+
+def _means(X: Array, points: NDArray[np.intp], place: NDArray[np.intp]) -> Array:
+    """Return the distinct points: means of copies; to the bit, where they are equal."""
+    first = X[points]
+    if len(points) == len(X):
+        return first
+    sums = np.zeros_like(first)
+    np.add.at(sums, place, X - first[place])
+    return np.asarray(first + sums / np.bincount(place)[:, None])
 
 
 def _prune(weights: Array, share: float) -> Array:

@@ -64,9 +64,10 @@ def grids(n_points):
     yield np.c_[
         np.cos(2 * np.pi * line / n_points), np.sin(2 * np.pi * line / n_points)
     ]
-    for size in (2, 3, 7, 25):
-        if n_points < 4 * size:  # a few pieces are pieces
-            yield np.c_[line % size, 1e3 * (line // size)]
+    for size in (3, 7, 8, 12, 25):  # pieces, few or many; two points may be copies
+        yield np.c_[line % size, 1e3 * (line // size)]
+    if n_points < 8:
+        yield np.c_[line % 2, 1e3 * (line // 2)]
 
 
 # Points without copies
@@ -179,13 +180,12 @@ def test_equal_points_change_no_chart(n_copies, form):
     one = charts(X, 12, form=form)
     for copied in (X.repeat(n_copies, axis=0), np.tile(X, (n_copies, 1))):
         many = charts(copied, 12, form=form)
-        kept = find_copies(copied)
-        first = np.unique(kept)
+        kept, first = many.copy_of_, np.unique(many.copy_of_)
         np.testing.assert_array_equal(many.labels_[first], one.labels_)
         np.testing.assert_array_equal(many.labels_, many.labels_[kept])
         np.testing.assert_array_equal(many.eigenvalues_, one.eigenvalues_)
         np.testing.assert_array_equal(many.objective_[first], one.objective_)
-        np.testing.assert_allclose(many.elbow_curve_, n_copies * one.elbow_curve_)
+        np.testing.assert_array_equal(many.elbow_curve_, one.elbow_curve_)
         np.testing.assert_array_equal(
             many.coef_.toarray()[np.ix_(first, first)], one.coef_.toarray()
         )
@@ -203,6 +203,15 @@ def test_near_copies_change_hardly_a_chart(n_copies, n_neighbors, noise):
         copied = noisy(X, noise, n_copies, np.random.default_rng(0))
         many = charts(copied, n_neighbors)
         assert adjusted_rand_score(one, many.labels_) >= 0.95
+
+
+def test_equal_points_change_no_number_of_charts():
+    X = load_dataset("free")[1][::7]
+    one = SMCE(random_state=0).fit(X)
+    for again in (X[:10], X[20:30]):  # a point counts once, however often it is given
+        many = SMCE(random_state=0).fit(np.r_[X, again.repeat(7, axis=0)])
+        np.testing.assert_array_equal(many.elbow_curve_, one.elbow_curve_)
+        assert many.n_clusters_ == one.n_clusters_
 
 
 def test_near_copies_change_no_number_of_charts():
