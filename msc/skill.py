@@ -26,6 +26,7 @@ from sklearn.utils._param_validation import HasMethods, StrOptions
 from sklearn.utils.validation import check_is_fitted
 
 from msc.arrays import REAL, check_real
+from msc.copies import find_copies
 from msc.gaussian import (
     gaussian_classifier,
     gaussian_process,
@@ -63,7 +64,9 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
         nearest training task's chart, "svm" is a support vector machine on
         standardised tasks, "gp" a Gaussian process classifier.
     regressor : regressor or None, default=None
-        Cloned for every chart and policy dimension; None is `gaussian_process()`.
+        Cloned for every chart and policy dimension; None is `gaussian_process()`, to
+        which a policy that repeats another of its task, exactly or nearly
+        (`msc.copies`), is given once.
     random_state : int, RandomState instance, Generator or None, default=None
         Given to every part whose own `random_state` is None. None draws fresh
         entropy; NumPy's global generator is left alone.
@@ -212,15 +215,29 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
         self.gate_ = _seeded_clone(gate, seed).fit(X, self.charts_)
         spreads = policies.std(axis=0)
         charts = [self.charts_ == c for c in range(self.n_charts_)]
+        known = [(X[in_chart], policies[in_chart]) for in_chart in charts]
+        if self.regressor is None:
+            copies = find_copies(policies)
+            known = [
+                _once(*given, copies[in_chart])
+                for given, in_chart in zip(known, charts, strict=True)
+            ]
         fits = (
-            self._regressor(in_chart.sum(), spread, seed).fit(X[in_chart], values)
-            for in_chart in charts
-            for values, spread in zip(policies[in_chart].T, spreads, strict=True)
+            self._regressor(len(tasks), spread, seed).fit(tasks, values)
+            for tasks, chart in known
+            for values, spread in zip(chart.T, spreads, strict=True)
         )
         n_params, n_fits = len(spreads), len(charts) * len(spreads)
-        largest = max(in_chart.sum() for in_chart in charts)
-        what = {"total": n_fits, "n_tasks": largest, "verbose": self.verbose}
-        fitted = list(tell(fits, "regressions", **what))
+        n_most = max(len(tasks) for tasks, _ in known)
+        fitted = list(
+            tell(
+                fits,
+                "regressions",
+                total=n_fits,
+                n_tasks=n_most,
+                verbose=self.verbose,
+            )
+        )
         self.regressors_ = [
             fitted[first : first + n_params] for first in range(0, n_fits, n_params)
         ]
@@ -319,6 +336,22 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
                 f"Got {unknown.tolist()}."
             )
         return charts.astype(np.intp)
+
+
+def _once(tasks: Array, policies: Array, copies: Charts) -> tuple[Array, Array]:
+    """Average repetitions of a task's policy: they would pass for certainty.
+
+    To the likelihood, targets that repeat to the last bit have no noise, so that it
+    trades the length scale for hitting them all. Other policies of a task are kept.
+    """
+    rows = np.column_stack([tasks, copies])
+    _, first, place = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+    if len(first) == len(rows):
+        return tasks, policies
+    members = np.eye(len(first))[place.ravel()]
+    means = (members.T @ policies) / members.sum(axis=0)[:, None]
+    order = np.argsort(first)
+    return tasks[first[order]], means[order]
 
 
 def _check_labels(clusterer: Any, policies: Array) -> NDArray[Any]:

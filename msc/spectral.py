@@ -88,10 +88,11 @@ def _smallest_but_null(
     def apart(vector: Array) -> Array:
         return np.asarray(vector - null @ (null.T @ vector))
 
-    inverse = LinearOperator(
-        laplacian.shape, matvec=lambda v: apart(factors.solve(apart(v))), dtype=float
-    )
-    start = apart(np.random.default_rng(seed).standard_normal(n_points))
+    def solve(vector: Array) -> Array:
+        return apart(np.asarray(factors.solve(apart(vector)), dtype=float))
+
+    inverse = LinearOperator(laplacian.shape, matvec=solve, dtype=float)
+    start = apart(np.asarray(np.random.default_rng(seed).standard_normal(n_points)))
     values, vectors = eigsh(
         laplacian, k - n_null, sigma=_SHIFT, v0=start, OPinv=inverse
     )

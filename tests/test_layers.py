@@ -40,6 +40,7 @@ ROW = [
     "audit",
     "movements",
     "validation",
+    "copies",
     "spectral",
     "interior",
     "reconstruction",
@@ -115,6 +116,7 @@ ROW = [
 ROBOT = set(ROW[ROW.index("geometry") : ROW.index("validation")]) - {"tables", "jumps"}
 LEARNERS = {
     "validation",
+    "copies",
     "spectral",
     "interior",
     "reconstruction",

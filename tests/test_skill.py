@@ -34,6 +34,9 @@ from msc.crkr import CrKR
 from msc.gaussian import gaussian_process
 from msc.skill import ParameterizedSkill
 from msc.smce import SMCE
+from msc.tables import load_dataset
+
+pytestmark = pytest.mark.filterwarnings("ignore:The graph has")
 
 tasks = np.linspace(0, 2 * np.pi, 48, endpoint=False)[:, None]
 pieces = np.repeat([0, 1, 2], 16)
@@ -638,3 +641,19 @@ def test_a_scale_on_which_nothing_is_learned_is_told(learner, scale):
     with pytest.warns(UserWarning, match="tasks span .* one unit"):
         learner.fit(scale * X[::2], y[::2])
     assert learner.score(scale * X[1::2], y[1::2]) < 0.1
+
+
+@pytest.mark.parametrize("n_copies", [2, 3, 4])
+@pytest.mark.parametrize("noise", [0.0, 1e-4])
+@pytest.mark.parametrize("workspace", ["free", "obstacles"])
+def test_tasks_given_again_change_no_prediction(workspace, noise, n_copies):
+    tasks, policies, _ = load_dataset(workspace)
+    X, y, new = tasks[::8], policies[::8], tasks[4::40]
+    step = noise * np.linalg.norm(np.diff(y, axis=0), axis=1).min()
+    shake = step * np.random.default_rng(0).standard_normal((n_copies * len(y), 6))
+    one = ParameterizedSkill(SMCE(4, random_state=0), random_state=0)
+    many = clone(one).fit(X.repeat(n_copies, 0), y.repeat(n_copies, 0) + shake)
+    one.fit(X, y)
+    np.testing.assert_array_equal(many.charts_, one.charts_.repeat(n_copies))
+    tolerance = 0.01 * np.std(y)
+    np.testing.assert_allclose(many.predict(new), one.predict(new), atol=tolerance)

@@ -1,4 +1,5 @@
 import pickle
+import warnings
 from pathlib import Path
 
 import cvxpy as cp
@@ -20,6 +21,9 @@ import msc.spectral
 from msc.smce import SMCE
 from msc.spectral import elbow
 from msc.tables import load_dataset
+
+# Of few points at random the graph often falls apart; that it is told is tested below.
+pytestmark = pytest.mark.filterwarnings("ignore:The graph has")
 
 GOLDEN = Path(__file__).parent / "golden"
 FORMS = ("normalized", "raw")
@@ -125,15 +129,18 @@ def test_without_penalty_a_point_between_others_is_reconstructed_exactly():
     assert SMCE(1, regularization=0).fit(X).objective_[0] < 1e-20
 
 
-def test_copies_reconstruct_each_other():
-    X = np.r_[random_points(2, n_points=8)[[0, 0, 0]], random_points(3)]
+def test_copies_are_reconstructed_as_their_point_is():
+    X = random_points(3)
+    copied = np.r_[X[[4, 4, 4]], X]
     for form in FORMS:
-        model = SMCE(1, form=form).fit(X)
-        np.testing.assert_array_equal(
-            model.coef_[:3, :3].toarray(), (1 - np.eye(3)) / 2
-        )
-        np.testing.assert_array_equal(model.objective_[:3], 0)
-        assert (model.objective_[3:] > 0).all()
+        one, many = (SMCE(1, form=form).fit(Z) for Z in (X[np.r_[4, :4, 5:30]], copied))
+        rows = many.coef_.toarray()
+        np.testing.assert_array_equal(rows[[0, 1, 2, 7]], rows[[0]].repeat(4, axis=0))
+        first = np.r_[0, 3:7, 8:33]
+        np.testing.assert_array_equal(rows[np.ix_(first, first)], one.coef_.toarray())
+        np.testing.assert_array_equal(many.objective_[first], one.objective_)
+        beside = np.flatnonzero(many.affinity_matrix_.toarray()[1])
+        np.testing.assert_array_equal(beside, [0])  # a copy's affinity is to its point
 
 
 @pytest.mark.parametrize("far", [1e6, 1e12, 1e60])
@@ -142,10 +149,10 @@ def test_beside_a_far_point_only_copies_are_copies(far):
     X = np.r_[near, near[[0, 0]], [[far, 0, 0]]]
     model = SMCE(1, max_clusters=1).fit(X)
     shares = model.coef_.toarray()
-    np.testing.assert_array_equal(np.flatnonzero(shares[0]), [8, 9])
-    np.testing.assert_array_equal(model.objective_[[0, 8, 9]], 0)
-    assert (np.ptp(shares[1:8, :10], axis=1) > 0.1).all()
-    assert (model.objective_[1:8] > 0).all()
+    np.testing.assert_array_equal(shares[[8, 9]], shares[[0, 0]])
+    assert not shares[:, [8, 9]].any()
+    assert (np.ptp(shares[:8, :10], axis=1) > 0.1).all()
+    assert (model.objective_ > 0).all()
 
 
 @pytest.mark.parametrize("form", FORMS)
@@ -153,9 +160,9 @@ def test_points_that_rounding_parts_are_copies_at_zero_too(form):
     t = np.linspace(0, 2 * np.pi, 61)
     eight = np.c_[np.sin(t), np.sin(2 * t)]  # thrice at zero, but for 5e-16
     for X in (eight, eight + 3):
-        shares = SMCE(1, form=form, max_clusters=1).fit(X).coef_.toarray()[0]
-        np.testing.assert_array_equal(np.flatnonzero(shares), [30, 60])
-        np.testing.assert_array_equal(shares[[30, 60]], 0.5)
+        shares = SMCE(1, form=form, max_clusters=1).fit(X).coef_.toarray()
+        assert set(np.flatnonzero(shares[0])) <= {1, 29, 31, 59}
+        np.testing.assert_array_equal(shares[[30, 60]], shares[[0, 0]])
 
 
 def test_a_program_beyond_the_solver_is_reported():
@@ -370,6 +377,7 @@ def test_large_data_take_the_sparse_road_to_the_same_charts(monkeypatch):
         random_points(0) + 1e6,
     ],
 )
+@pytest.mark.filterwarnings("error")
 def test_awkward_data_are_clustered_without_a_warning(form, X):
     model = SMCE(form=form, random_state=0).fit(X)
     np.testing.assert_allclose(model.coef_.sum(axis=1), 1)
@@ -386,12 +394,18 @@ def test_equal_points_are_one_chart(value):
 
 @few
 @given(seeds, st.integers(2, 12), st.integers(1, 12), st.data())
-def test_as_many_charts_as_asked_for_even_among_copies(seed, n_points, size, data):
+def test_as_many_charts_as_asked_for_or_as_there_are_points(seed, n_points, size, data):
     n_clusters = data.draw(st.integers(1, n_points))
     picked = np.random.default_rng(seed).integers(0, size, n_points)
     model = SMCE(n_clusters, max_clusters=2, n_neighbors=3, random_state=0)
-    model.fit(random_points(seed, size, 2)[picked])
-    assert model.n_clusters_ == len(set(model.labels_)) == n_clusters
+    n_distinct = len(set(picked.tolist()))
+    with warnings.catch_warnings():
+        if n_clusters > n_distinct:
+            warnings.simplefilter("ignore", UserWarning)
+        model.fit(random_points(seed, size, 2)[picked])
+    found = len(set(model.labels_))
+    assert model.n_clusters_ == found == min(n_clusters, n_distinct)
+    assert len({*zip(picked, model.labels_, strict=True)}) == n_distinct
 
 
 def test_neighbours_are_clipped():
@@ -469,7 +483,7 @@ def test_a_failing_solver_is_reported(monkeypatch):
 def test_randomness_is_local_and_repeatable():
     before = pickle.dumps(np.random.get_state())  # noqa: NPY002
     X = random_points(0)
-    for seed in (None, 3, np.random.RandomState(3)):
+    for seed in (None, 3, np.random.RandomState(3), np.random.default_rng(3)):
         SMCE(3, random_state=seed).fit(X)
     assert pickle.dumps(np.random.get_state()) == before  # noqa: NPY002
     one, other = SMCE(3, random_state=3).fit(X), SMCE(3, random_state=3).fit(X)

@@ -1,0 +1,179 @@
+"""Points given more than once: which ones repeat another, exactly or nearly.
+
+A demonstration that was recorded twice, or a task that was solved twice, gives points
+that say the same. They are no neighbours to reconstruct a point from.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse.csgraph import minimum_spanning_tree
+from sklearn.neighbors import NearestNeighbors
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+_MOST = 12  # copies of a point that are looked for, itself among them
+_TIGHT = 1 / 3  # of the step to the next point: the longest step between copies
+_FAR = 2.5  # median steps to a next point: a longer one counts as so long
+_COVER = 0.85  # of a group's points: smaller groups that cover so many may replace it
+_CHANCE = 0.75  # copies a point that points at random on a curve have, times the ratio
+_EVIDENCE = 18.0  # the least logarithm of the likelihood ratio of copies to chance
+_REACH = 10.0  # times the ratio of most evidence: groups up to there are copies, too
+_ROUNDING = 1e-10  # of the step to the next point, and of the distance from zero
+
+
+class _Group(NamedTuple):
+    """Points that keep to themselves; a single one, too."""
+
+    members: list[int]
+    apart: float  # step to the next point
+    ratio: float  # to this step of the longest one between members
+
+
+class _Part(NamedTuple):
+    """A cluster of single linkage: its longest step, and the groups found within it."""
+
+    members: list[int]
+    longest: float
+    groups: list[_Group]
+
+
+def find_copies(X: Array) -> Indices:
+    """Find for every point the one that it repeats.
+
+    Parameters
+    ----------
+    X : ndarray of shape (n_points, n_features)
+        Points.
+
+    Returns
+    -------
+    ndarray of shape (n_points,)
+        Index of the first point that says the same: the point's own if there is none
+        before it.
+
+    Notes
+    -----
+    Equal rows are always copies. Others are when they keep to themselves: single
+    linkage joins at most 12 of them by steps that are all shorter than a third of the
+    step from there to any other point. A group's *ratio* is that of its longest step
+    to this one, whatever the scale around it.
+
+    Points at random on a curve have such groups by chance: up to a ratio r, less than
+    0.75 r copies a point, and fewer on a sheet. Near copies count only where there are
+    more than that: at the r where the Poisson likelihood ratio is greatest it has to
+    exceed exp(18). Then groups are copies up to ten times this r. They have to be more
+    than the largest of them has points (a few far clusters are clusters), and a step
+    counts as at most 2.5 median ones (a small piece far from all others is a piece).
+    Groups with a ratio below 1e-10, and steps below 1e-10 of their distance from zero,
+    differ by rounding and always count.
+
+    Examples
+    --------
+    >>> demonstrations = np.repeat(np.arange(12.0), 2)[:, None]
+    >>> demonstrations[1::2] += 0.01
+    >>> find_copies(demonstrations)[:8]
+    array([0, 0, 2, 2, 4, 4, 6, 6])
+    """
+    _, first, inverse = np.unique(
+        X + 0.0, axis=0, return_index=True, return_inverse=True
+    )
+    distinct, exact = np.sort(first), first[inverse.ravel()]
+    found = distinct.copy()
+    for members in _near_copies(X[distinct]):
+        found[members] = found[min(members)]
+    return found[np.searchsorted(distinct, exact)]
+
+
+def _near_copies(X: Array) -> list[list[int]]:
+    """Return the groups of distinct points that say the same."""
+    n_points = len(X)
+    if n_points < 3:
+        return []
+    search = NearestNeighbors(n_neighbors=min(_MOST, n_points - 1), algorithm="kd_tree")
+    graph = search.fit(X).kneighbors_graph(mode="distance")
+    tree = minimum_spanning_tree(graph.maximum(graph.T)).tocoo()
+    order = np.argsort(tree.data, kind="stable")
+    columns = (each[order].tolist() for each in (tree.data, tree.row, tree.col))
+    edges = list(zip(*columns, strict=True))
+    groups = _group(edges, n_points, math.inf)
+    reach = 0.0
+    if _common_ratio(groups, n_points):
+        spacing = float(np.median([group.apart for group in groups]))
+        groups = _group(edges, n_points, _FAR * spacing)
+        reach = min(_REACH * _common_ratio(groups, n_points), _TIGHT)
+    sizes = np.linalg.norm(X, axis=1)
+    rounding = _ROUNDING * np.maximum(sizes, np.median(sizes))
+
+    def are_copies(group: _Group) -> bool:
+        longest = group.ratio * group.apart
+        by_rounding = longest <= min(
+            _ROUNDING * group.apart, rounding[group.members].max()
+        )
+        return group.ratio <= reach or by_rounding
+
+    return [g.members for g in groups if len(g.members) > 1 and are_copies(g)]
+
+
+def _group(
+    edges: list[tuple[float, int, int]], n_points: int, far: float
+) -> list[_Group]:
+    """Group points by single linkage, given the tree's edges, shortest first."""
+    found: list[_Group] = []
+    roots = list(range(n_points))  # of a part that was joined: the part it went into
+    parts = {i: _Part([i], 0.0, []) for i in roots}
+    for step, *ends in edges:
+        for end in (0, 1):
+            while roots[ends[end]] != ends[end]:
+                roots[ends[end]] = roots[roots[ends[end]]]
+                ends[end] = roots[ends[end]]
+        one, other = (parts.pop(end) for end in ends)
+        groups = _close(one, min(step, far)) + _close(other, min(step, far))
+        members = one.members + other.members
+        if len(members) > _MOST:  # no group any more
+            found += groups
+            members, groups = members[: _MOST + 1], []
+        roots[ends[0]] = ends[1]
+        parts[ends[1]] = _Part(members, step, groups)
+    return found + [group for part in parts.values() for group in part.groups]
+
+
+def _close(part: _Part, step: float) -> list[_Group]:
+    """Choose the whole part or what is within, now that the next step is known.
+
+    A tight whole is a group, unless smaller ones nearly cover it and are tighter.
+    """
+    whole = _Group(part.members, step, part.longest / step)
+    inner = [group for group in part.groups if len(group.members) > 1]
+    covered = sum(len(group.members) for group in inner)
+    if len(part.members) > 1 and (
+        len(part.members) > _MOST
+        or whole.ratio > _TIGHT
+        or (
+            covered >= _COVER * len(part.members)
+            and math.prod(group.ratio for group in inner) < whole.ratio
+        )
+    ):
+        return part.groups
+    return [whole]
+
+
+def _common_ratio(groups: list[_Group], n_points: int) -> float:
+    """Return up to which ratio groups are most surely more than chance; 0 if not so."""
+    tight = sorted((g.ratio, len(g.members)) for g in groups if len(g.members) > 1)
+    if not tight:
+        return 0.0
+    ratios, sizes = np.array(tight).T
+    copies = np.cumsum(sizes - 1)
+    expected = _CHANCE * n_points * np.maximum(ratios, np.finfo(float).tiny)
+    more = np.maximum(copies, expected)
+    evidence = more * np.log(more / expected) - (more - expected)
+    best = int(evidence.argmax())
+    is_sure = evidence[best] > _EVIDENCE
+    is_many = sizes[: best + 1].max() < n_points - copies[best]
+    return float(ratios[best]) if is_sure and is_many else 0.0
