@@ -138,8 +138,9 @@ def warn_of_scale(tasks: Array) -> None:
     Notes
     -----
     Tasks are counted once, however often they are given; tasks nearer than a tenth of
-    the distance to the 16th nearest count as copies. A column's neighbours are those
-    among all columns scaled to the same span, twice as many as columns, as on a grid.
+    the distance to the 16th nearest count as copies, and so does a group of any size
+    within a fifth of the distance to the next. A column's neighbours are those among
+    all columns scaled to the same span, twice as many as columns, as on a grid.
     On functions that change over a quarter of either column, of one that spans 6.3 and
     one whose neighbours lie 7.5 apart, 0.3 to 0.7 of the standard deviation was missed
     (16 to 64 tasks, on grids and at random), against 0.14 or less at best.
@@ -182,9 +183,27 @@ def _distinct(points: Array) -> Array:
     if points.shape[1] == 0:
         return points[:1]
     points = np.unique(points, axis=0)
+    distinct = thinned = _thin(points, 0.0, 0.1)
+    radius = 1e-9
+    while radius < 0.5:  # of many copies some stay
+        radius *= 2
+        thinner = _thin(thinned, radius)
+        if len(thinner) < len(thinned):
+            thinned = thinner
+            off = np.quantile(KDTree(thinned).query(points)[0], 0.9)
+            if len(thinned) > 2 and off < 0.2 * _nearest(thinned):
+                distinct = _thin(thinned, 0.0, 0.1)
+    return distinct
+
+
+def _thin(points: Array, radius: float, share: float = 0.0) -> Array:
+    """Return points without those nearer to earlier ones than told.
+
+    That is a radius, or a share of the distance to the 16th nearest.
+    """
     n_points = len(points)
     distances, nearest = KDTree(points).query(points, k=range(1, min(17, n_points) + 1))
-    is_copy = distances < 0.1 * distances[:, -1:]
+    is_copy = distances < np.maximum(radius, share * distances[:, -1:])
     is_later = nearest < np.arange(n_points)[:, None]
     return np.asarray(points[~(is_copy & is_later).any(axis=1)])
 

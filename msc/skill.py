@@ -212,7 +212,7 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
         self.n_charts_ = len(names)
         gate = _GATES[self.gate]() if isinstance(self.gate, str) else self.gate
         gate = gate if self.n_charts_ > 1 else DummyClassifier()
-        self.gate_ = _seeded_clone(gate, seed).fit(X, self.charts_)
+        self.gate_ = _seeded_clone(gate, seed)
         spreads = policies.std(axis=0)
         charts = [self.charts_ == c for c in range(self.n_charts_)]
         known = [(X[in_chart], policies[in_chart]) for in_chart in charts]
@@ -222,22 +222,20 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
                 _once(*given, copies[in_chart])
                 for given, in_chart in zip(known, charts, strict=True)
             ]
-        fits = (
-            self._regressor(len(tasks), spread, seed).fit(tasks, values)
-            for tasks, chart in known
-            for values, spread in zip(chart.T, spreads, strict=True)
-        )
-        n_params, n_fits = len(spreads), len(charts) * len(spreads)
-        n_most = max(len(tasks) for tasks, _ in known)
-        fitted = list(
-            tell(
-                fits,
-                "regressions",
-                total=n_fits,
-                n_tasks=n_most,
-                verbose=self.verbose,
-            )
-        )
+        to_fit = [
+            (self._regressor(in_chart.sum(), spread, seed), X[in_chart], values)
+            for in_chart in charts
+            for values, spread in zip(policies[in_chart].T, spreads, strict=True)
+        ]
+        n_params, n_fits, what = len(spreads), len(to_fit), "regressions"
+        if self.n_charts_ > 1:
+            to_fit, what = [(self.gate_, X, self.charts_), *to_fit], "fits"
+        else:
+            self.gate_.fit(X, self.charts_)
+        largest = max(len(tasks) for _, tasks, _ in to_fit)
+        fits = (model.fit(tasks, targets) for model, tasks, targets in to_fit)
+        shown = {"total": len(to_fit), "n_tasks": largest, "verbose": self.verbose}
+        fitted = list(tell(fits, what, **shown))[-n_fits:]
         self.regressors_ = [
             fitted[first : first + n_params] for first in range(0, n_fits, n_params)
         ]
@@ -356,13 +354,15 @@ def _once(tasks: Array, policies: Array, copies: Charts) -> tuple[Array, Array]:
 
 def _check_labels(clusterer: Any, policies: Array) -> NDArray[Any]:
     """Ask a clusterer for charts; refuse what is no label for each policy."""
-    labels: Any = np.asarray(clusterer.fit_predict(policies), dtype=object)
-    problem = ""
+    given = clusterer.fit_predict(policies.copy())  # which it may write into
+    labels: Any = np.asarray(given, dtype=object)
+    problem = "masked labels" if np.ma.is_masked(given) else ""
     if labels.shape != (len(policies),):
         problem = f"labels of shape {labels.shape}"
     elif not all(isinstance(one, str) for one in labels):
         bad = [one for one in labels if not _is_number(one)]
-        problem = f"the label {bad[0]!r}" if bad else ""
+        worst = [one for one in bad if not isinstance(one, str)] or bad
+        problem = f"the label {worst[0]!r}" if bad else problem
     if problem:
         raise ValueError(
             f"charts={clusterer!r} returned {problem}; wanted one for each of the "
@@ -372,7 +372,7 @@ def _check_labels(clusterer: Any, policies: Array) -> NDArray[Any]:
 
 
 def _is_number(label: Any) -> bool:
-    return isinstance(label, _LABELS) and math.isfinite(label)
+    return isinstance(label, _LABELS) and bool(abs(label) < math.inf)
 
 
 def _returns_std(regressor: Any) -> bool:

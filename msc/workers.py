@@ -15,6 +15,8 @@ from msc.parallel import WorkersLost, telling_of_killed_workers
 
 Run = Callable[[Callable[..., Any], Iterable[tuple[Any, ...]]], Iterable[Any]]
 
+PATIENCE = 10  # seconds, with a Dask scheduler that does not answer
+
 
 @contextmanager
 def open_workers(jobs: int = 1, dask: str | None = None) -> Iterator[Run]:
@@ -102,7 +104,7 @@ def _connect(address: str) -> Iterator[Run]:
         raise ValueError("dask: wanted the extra, pip install 'msc[cluster]'") from None
     if address.startswith("tls://"):
         _check_certificate(address)
-    with _silenced("distributed.client"), Client(address, timeout=10) as client:
+    with _silenced("distributed.client"), Client(address, timeout=PATIENCE) as client:
         try:
             code = client.run(identify_code)
         except Exception as error:  # whatever a worker without msc makes of it

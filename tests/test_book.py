@@ -168,9 +168,10 @@ Path("new.txt").read_text()
 """
 
 
-@pytest.fixture
-def reading(repository):
-    """Return a repository whose chapter reads modules and tables."""
+@pytest.fixture(scope="module")
+def read_once(tmp_path_factory):
+    """Return a repository whose chapter reads modules and tables, and has run."""
+    repository = make_book(tmp_path_factory.mktemp("reading"))
     late = "import lately\ndef late():\n    import latest\n    return latest.VALUE"
     (repository / "early.py").write_text(late, "utf-8")
     for name in ("lately", "latest", "never"):
@@ -179,7 +180,14 @@ def reading(repository):
         (repository / "data" / name).write_text("old", "utf-8")
     path = repository / "book" / "one.ipynb"
     write_notebook(chapter("# One", COUNT, READS), path)
+    run(repository)
     return repository
+
+
+@pytest.fixture
+def reading(read_once, tmp_path):
+    """Return a copy of it, as deep: files outside are named from there."""
+    return shutil.copytree(read_once, tmp_path, dirs_exist_ok=True)
 
 
 def test_a_run_knows_exactly_what_it_read(reading):
@@ -196,7 +204,6 @@ def test_a_run_knows_exactly_what_it_read(reading):
 
 @pytest.mark.parametrize("name", ["data/t.csv", "early.py", "lately.py", "latest.py"])
 def test_what_a_chapter_read_executes_it_again_and_is_named(reading, name):
-    run(reading)
     with (reading / name).open("a", encoding="utf-8") as file:
         file.write("# new")
     said = []
@@ -208,7 +215,6 @@ def test_what_a_chapter_read_executes_it_again_and_is_named(reading, name):
 
 
 def test_what_a_chapter_did_not_read_executes_nothing(reading):
-    run(reading)
     for name in ("never.py", "data/u.csv", "requirements.txt", "new.txt", "msc/a.py"):
         (reading / name).parent.mkdir(exist_ok=True)
         (reading / name).write_text("new", "utf-8")

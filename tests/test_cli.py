@@ -69,6 +69,22 @@ def short(monkeypatch):
     monkeypatch.setattr(msc.dataset, "MAX_SWEEPS", 1)
 
 
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    """What a search that nothing cuts short writes, by name."""
+    folder = tmp_path_factory.mktemp("whole")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(msc.cmaes, "MAX_EVALUATIONS", 9)
+        patch.setattr(msc.dataset, "MAX_SWEEPS", 1)
+        command = ["search", "--tasks", "4", "--jobs", "1", "--out"]
+        assert main([*command, str(folder / "free.csv")]) == 0
+    return {file.name: file.read_bytes() for file in folder.iterdir()}
+
+
+def contents(folder):
+    return {file.name: file.read_bytes() for file in Path(folder).iterdir()}
+
+
 def run_program(program, *arguments):
     """Run a program of Python in the background, and as the head of a group."""
     return subprocess.Popen(
@@ -123,9 +139,8 @@ def test_the_command_in_the_package_makes_the_same_table(short):
 
 
 @pytest.mark.parametrize("jobs", ["1", "2"])
-def test_a_search_ended_by_ctrl_c_goes_on_to_the_same_bytes(jobs, short, here):
+def test_a_search_ended_by_ctrl_c_goes_on_to_the_same_bytes(jobs, short, whole, here):
     arguments = ["search", "--tasks", "4", "--jobs", "1", "--out"]
-    assert main([*arguments, "whole/free.csv"]) == 0
     Path("waiting.py").write_text(WAITING, "utf-8")
     process = run_program(WAIT, *arguments, "half/free.csv", "--jobs", jobs)
     journal = here / "half" / ".free.csv.partial"
@@ -142,14 +157,11 @@ def test_a_search_ended_by_ctrl_c_goes_on_to_the_same_bytes(jobs, short, here):
     assert files("half") == ["half/.free.csv.partial"]
 
     assert main([*arguments, "half/free.csv"]) == 0
-    assert files("half") == ["half/datapackage.json", "half/free.csv"]
-    for name in ("free.csv", "datapackage.json"):
-        assert Path("half", name).read_bytes() == Path("whole", name).read_bytes()
+    assert contents("half") == whole
 
 
-def test_a_search_on_a_full_disk_leaves_the_old_table_and_goes_on(short, here):
+def test_a_search_on_a_full_disk_leaves_the_old_table_and_goes_on(short, whole, here):
     arguments = ["search", "--tasks", "4", "--jobs", "1", "--out"]
-    assert main([*arguments, "whole/free.csv"]) == 0
     Path("half").mkdir()
     old = save_old_table(Path("half/free.csv"))
     out, err = run_program(FULL, *arguments, "half/free.csv").communicate(timeout=120)
@@ -160,7 +172,7 @@ def test_a_search_on_a_full_disk_leaves_the_old_table_and_goes_on(short, here):
     assert Path("half/.free.csv.partial").stat().st_size == DISK
 
     assert main([*arguments, "half/free.csv"]) == 0
-    assert Path("half/free.csv").read_bytes() == Path("whole/free.csv").read_bytes()
+    assert Path("half/free.csv").read_bytes() == whole["free.csv"]
 
 
 def test_a_search_that_another_does_is_refused(short, monkeypatch, capsys):
@@ -212,9 +224,8 @@ def test_a_broken_data_package_is_named_before_the_search(content, monkeypatch, 
     assert Path("new/datapackage.json").read_bytes() == content
 
 
-def test_two_searches_at_once_to_one_file_end_as_one(short, here):
+def test_two_searches_at_once_to_one_file_end_as_one(short, whole, here):
     arguments = ["search", "--tasks", "4", "--jobs", "1", "--out"]
-    assert main([*arguments, "whole/free.csv"]) == 0
     Path("waiting.py").write_text(
         WAITING.replace("time.sleep(300)", "time.sleep(1)"), "utf-8"
     )
@@ -223,8 +234,7 @@ def test_two_searches_at_once_to_one_file_end_as_one(short, here):
     assert sorted(process.returncode for process in both) == [0, 2]
     (refused,) = [err for err in said if "error" in err]
     assert "msc: error: half/.free.csv.partial is in use by another search" in refused
-    for name in ("free.csv", "datapackage.json"):
-        assert Path("half", name).read_bytes() == Path("whole", name).read_bytes()
+    assert contents("half") == whole
 
 
 # A worker killed, as by the system
@@ -239,9 +249,8 @@ KILLED = "msc: error: a worker was killed, as the system does when memory runs o
 ANEW, ON = "the same command begins anew\n", "the same command goes on from here\n"
 
 
-def test_a_search_whose_worker_is_killed_goes_on_to_the_same_bytes(short, here):
+def test_a_search_whose_worker_is_killed_goes_on_to_the_same_bytes(short, whole, here):
     arguments = ["search", "--tasks", "4", "--out"]
-    assert main([*arguments, "whole/free.csv", "--jobs", "1"]) == 0
     death = "time.sleep(1); import os; os.kill(os.getpid(), 9)"
     Path("waiting.py").write_text(WAITING.replace("time.sleep(300)", death), "utf-8")
     process = run_program(WAIT, *arguments, "half/free.csv", "--jobs", "2")
@@ -253,8 +262,7 @@ def test_a_search_whose_worker_is_killed_goes_on_to_the_same_bytes(short, here):
     assert Path("half/.free.csv.partial").read_bytes().count(b"\n") == 3
 
     assert main([*arguments, "half/free.csv", "--jobs", "1"]) == 0
-    for name in ("free.csv", "datapackage.json"):
-        assert Path("half", name).read_bytes() == Path("whole", name).read_bytes()
+    assert contents("half") == whole
 
 
 @pytest.mark.parametrize(

@@ -17,6 +17,7 @@ import pytest
 
 import msc.cmaes
 import msc.dataset
+import msc.workers
 from msc.cli import main
 from msc.journal import Journal
 
@@ -257,39 +258,39 @@ def test_without_a_certificate_tls_is_refused(settings, said, capsys):
     assert said in capsys.readouterr().err
 
 
-def complaint(address):
-    """Return what `msc search --dask` says when it fails, and how long it takes."""
-    begun = time.monotonic()
-    command = [sys.executable, "-m", "msc", *SEARCH, "--dask", address]
-    ran = subprocess.run(
-        [*command, "--out", "table.csv"],
-        capture_output=True,
-        check=False,
-        text=True,
-        timeout=120,
-    )
-    assert ran.returncode == 2, ran.stderr
-    (line,) = [one for one in ran.stderr.splitlines() if one.startswith("msc: error: ")]
-    assert not list(Path().iterdir())
-    return line, time.monotonic() - begun
+@pytest.fixture
+def complaint(capfd):
+    """What `msc search --dask` says when it fails, and how long it takes."""
+
+    def ask(address):
+        begun = time.monotonic()
+        assert main([*SEARCH, "--dask", address, "--out", "table.csv"]) == 2
+        told = capfd.readouterr().err.splitlines()
+        (line,) = [one for one in told if one.startswith("msc: error: ")]
+        assert not list(Path().iterdir())
+        return line, time.monotonic() - begun
+
+    return ask
 
 
-def test_where_no_scheduler_listens_the_address_is_named_soon():
+def test_where_no_scheduler_listens_the_address_is_named_soon(complaint, monkeypatch):
     pytest.importorskip("distributed")
+    assert msc.workers.PATIENCE <= 10
+    monkeypatch.setattr(msc.workers, "PATIENCE", 1)
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))  # and does not listen
         address = f"tcp://127.0.0.1:{free.getsockname()[1]}"
         line, seconds = complaint(address)
     assert f"trying to connect to {address}" in line
-    assert seconds < 20
+    assert seconds < 11
 
 
-def test_what_is_no_address_is_named():
+def test_what_is_no_address_is_named(complaint):
     pytest.importorskip("distributed")
     assert "'nonsense'" in complaint("nonsense")[0]
 
 
-def test_workers_that_are_missing_or_lack_msc_are_told_of(tmp_path_factory):
+def test_workers_that_are_missing_or_lack_msc_are_told_of(tmp_path_factory, complaint):
     folder = tmp_path_factory.mktemp("cluster")
     with scheduler(folder) as address:
         assert f"{address} has no workers" in complaint(address)[0]

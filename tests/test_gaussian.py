@@ -32,12 +32,12 @@ def repeat(tasks, copies, noise):
     return rng.permutation(many + noise * gaps * rng.uniform(-1, 1, many.shape))
 
 
-repeats = pytest.mark.parametrize("copies", [1, 2, 3, 8])
-noises = pytest.mark.parametrize("noise", [0.0, 1e-4, 0.03])
+repeats = pytest.mark.parametrize("copies", [1, 2, 3, 8, 17, 20, 50])
+noises = pytest.mark.parametrize("noise", [0.0, 1e-9, 1e-4, 0.03])
 
 
 @repeats
-@noises
+@pytest.mark.parametrize("noise", [0.0, 1e-9, 1e-4, 0.03, 0.05])
 @pytest.mark.parametrize("offset", [0.0, 1e6])
 def test_repeated_tasks_far_apart_are_told(copies, noise, offset):
     tasks = repeat(ROUND, copies, noise) + offset

@@ -93,6 +93,24 @@ def test_who_asks_is_told_without_a_terminal_too(screen):
         fit(24, seconds=0.0, verbose="loud")
 
 
+class Halves(BaseEstimator):
+    def fit_predict(self, X):
+        return np.arange(len(X)) < len(X) // 2
+
+
+@pytest.mark.parametrize("n_tasks", [24, 302])
+def test_the_fit_of_the_gate_is_told(screen, n_tasks):
+    shown = screen(is_terminal=False)
+    parts = {"gate": Slow(5.0), "regressor": Slow()}
+    skill = ParameterizedSkill(Halves(), **parts, verbose=True)
+    skill.fit(np.linspace(0, 6, n_tasks)[:, None], np.ones((n_tasks, 2)))
+    assert f"fit to {n_tasks} tasks" in shown.getvalue()
+    assert "1/5 [00:05<00:20,  5.00s/ fits]" in shown.getvalue()
+    assert ("0/5" in shown.getvalue()) == (n_tasks > 300)
+    assert skill.gate_.seconds == 5.0
+    assert [len(dims) for dims in skill.regressors_] == [2, 2]
+
+
 def test_tuning_tells_too(screen, monkeypatch):
     def slow(*arguments, **options):
         clock[0] += 5.0

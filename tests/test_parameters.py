@@ -1,7 +1,6 @@
 """Parameters: what a chapter declares of them, what is refused, that the rest runs."""
 
 import ast
-import io
 import json
 import os
 import re
@@ -512,7 +511,7 @@ def test_a_dozen_of_the_legal_settings_run(name, values, monkeypatch):
         if "parameters" in tags(cell):
             names |= values
         if hasattr(shown, "savefig"):
-            shown.savefig(io.BytesIO())
+            shown.draw_without_rendering()
 
 
 def execute(code, names):

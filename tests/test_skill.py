@@ -418,6 +418,10 @@ def test_data_out_of_range():
         ([0, 1j] * 24, "the label 1j"),
         (pd.Series([1, pd.NA] * 24, dtype="Int64"), "the label <NA>"),
         ([(0, 1)] * 48, r"labels of shape \(48, 2\)"),
+        (["a"] * 47 + [np.nan], "the label nan"),
+        (["a", None] * 24, "the label None"),
+        (np.ma.masked_array([0, 1] * 24, [False, True] * 24), "masked labels"),
+        (np.ma.masked_all(48, dtype=int), "masked labels"),
     ],
 )
 def test_what_is_no_label_for_each_policy_is_refused(labels, message):
@@ -440,11 +444,28 @@ def test_what_is_no_label_for_each_policy_is_refused(labels, message):
         np.array([0, 1] * 24, dtype=np.uint8),
         pd.Series([3, 9] * 24, index=range(48, 0, -1)),
         pd.Categorical(["a", "b"] * 24),
+        [0, 10**400] * 24,
+        [0, 2**64] * 24,
+        np.ma.masked_array([0, 1] * 24),
     ],
 )
 def test_labels_may_be_numbers_or_strings_of_any_kind(labels):
     skill = fast(Refusing(labels)).fit(tasks, policies)
     np.testing.assert_array_equal(skill.charts_, [0, 1] * 24)
+
+
+class Writing(Given):
+    def fit_predict(self, X):
+        X[:] = 0.0
+        return super().fit_predict(X)
+
+
+def test_a_clusterer_cannot_change_the_policies():
+    given = policies.copy()
+    skill = fast(Writing(pieces)).fit(tasks, given)
+    np.testing.assert_array_equal(given, policies)
+    wanted = fast(Given(pieces)).fit(tasks, policies).predict(tasks)
+    np.testing.assert_array_equal(skill.predict(tasks), wanted)
 
 
 @pytest.mark.parametrize(
