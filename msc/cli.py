@@ -110,6 +110,10 @@ def _run_claims(options: argparse.Namespace) -> None:
     readme: Path | None = options.readme
     if out:
         check_output(out, ".json")
+    text = ""
+    if readme:
+        text = readme.read_text(encoding="utf-8")
+        with_summary(text, {})  # refuses what has no place for it
     verdicts = judge_all(Path.cwd())
     width = max(len(one.claim.id) for one in verdicts)
     for one in verdicts:
@@ -123,7 +127,6 @@ def _run_claims(options: argparse.Namespace) -> None:
         write_json(out, summarise(verdicts))
         print(out)
     if readme:
-        text = readme.read_text(encoding="utf-8")
         replace_file(readme, with_summary(text, summarise(verdicts)))
         print(readme)
 

@@ -164,7 +164,7 @@ def _add_render(commands: Commands) -> None:
         "--out", type=Path, required=True, help="a .png, .gif or .mp4 file"
     )
     # argparse takes -1e-3 for an option: of numbers it knows -1 and -0.001 only.
-    parser._negative_number_matcher = re.compile(r"-\.?\d")
+    parser._negative_number_matcher = re.compile(r"-(\.?\d|inf|nan)")
     parser.set_defaults(run=_run_render)
 
 

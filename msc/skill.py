@@ -223,9 +223,9 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
                 for given, in_chart in zip(known, charts, strict=True)
             ]
         to_fit = [
-            (self._regressor(in_chart.sum(), spread, seed), X[in_chart], values)
-            for in_chart in charts
-            for values, spread in zip(policies[in_chart].T, spreads, strict=True)
+            (self._regressor(len(tasks), spread, seed), tasks, values)
+            for tasks, chart in known
+            for values, spread in zip(chart.T, spreads, strict=True)
         ]
         n_params, n_fits, what = len(spreads), len(to_fit), "regressions"
         if self.n_charts_ > 1:
@@ -234,8 +234,10 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
             self.gate_.fit(X, self.charts_)
         largest = max(len(tasks) for _, tasks, _ in to_fit)
         fits = (model.fit(tasks, targets) for model, tasks, targets in to_fit)
-        shown = {"total": len(to_fit), "n_tasks": largest, "verbose": self.verbose}
-        fitted = list(tell(fits, what, **shown))[-n_fits:]
+        told = tell(
+            fits, what, total=len(to_fit), n_tasks=largest, verbose=self.verbose
+        )
+        fitted = list(told)[-n_fits:]
         self.regressors_ = [
             fitted[first : first + n_params] for first in range(0, n_fits, n_params)
         ]

@@ -9,6 +9,7 @@ from __future__ import annotations
 import hashlib
 import json
 import platform
+import re
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -17,6 +18,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from msc.arrays import LARGEST
 from msc.files import checksum, find_data, locked, replace_files
 
 WEIGHTS = tuple(f"weight_{axis}{number}" for axis in "xy" for number in (1, 2, 3))
@@ -98,7 +100,9 @@ def load_dataset(
         raise ValueError(f"{path.name}: {_foreign(path) or error}") from None
     missing = [column for column in COLUMNS if column not in table]
     if missing:
-        said = _foreign(path) or f"columns missing: {', '.join(missing)}"
+        found = ", ".join(map(repr, table.columns[:3]))
+        named = f"columns missing: {', '.join(missing)}; the first ones are {found}"
+        said = _foreign(path) or named
         raise ValueError(f"{path.name}: {said}")
     twice = table.columns[table.columns.duplicated()]
     if len(twice):
@@ -110,15 +114,7 @@ def load_dataset(
         )
     if table.empty:
         raise ValueError(f"{path.name}: no rows; wanted at least one task")
-    numbers = table[[name for name, (kind, _) in COLUMNS.items() if kind != "string"]]
-    try:
-        values = numbers.fillna({"margin": 0.0}).to_numpy(dtype=float)
-    except ValueError as error:
-        commas = "" if "," not in str(error) else "; wanted decimal points, no commas"
-        raise ValueError(f"{path.name}: wanted numbers: {error}{commas}") from None
-    bad = numbers.columns[~np.isfinite(values).all(axis=0)]
-    if len(bad):
-        raise ValueError(f"{path.name}: NaN or infinite values in {', '.join(bad)}")
+    table = table.assign(**_numbers(table, path.name))
     duplicates = table["task_deg"][table["task_deg"].duplicated()].tolist()
     if duplicates:
         raise ValueError(f"{path.name}: duplicate tasks at task_deg={duplicates}")
@@ -131,6 +127,36 @@ def load_dataset(
     table = table.sort_values("task_deg", ignore_index=True)
     tasks = np.deg2rad(table[["task_deg"]].to_numpy())
     return tasks, table[list(WEIGHTS)].to_numpy(), table
+
+
+def _numbers(table: pd.DataFrame, file: str) -> dict[str, pd.Series]:
+    """Return the columns of numbers as such, or say what is none, where."""
+    columns = {}
+    for name, (kind, _) in COLUMNS.items():
+        if kind == "string":
+            continue
+        column = table[name]
+        values = pd.to_numeric(column, errors="coerce")
+        no_number = values.isna() & ~column.isna()
+        if column.dtype == bool or no_number.any():
+            row = int(no_number.to_numpy().argmax())
+            said = str(column.iloc[row])
+            commas = "; wanted decimal points, no commas" if "," in said else ""
+            raise ValueError(
+                f"{file}: wanted numbers: {name} in row {row + 1} is {said!r}{commas}"
+            )
+        finite = np.isfinite(values.fillna(0.0) if name == "margin" else values)
+        if not finite.all():
+            raise ValueError(f"{file}: NaN or infinite values in {name}")
+        if name in WEIGHTS and (values.abs() > LARGEST).any():
+            raise ValueError(
+                f"{file}: {name} reaches {values.abs().max():g}; wanted at most "
+                f"{LARGEST:g}"
+            )
+        if kind == "integer" and (values % 1 != 0).any():
+            raise ValueError(f"{file}: {name} holds fractions; wanted whole numbers")
+        columns[name] = values
+    return columns
 
 
 def save_table(
@@ -242,14 +268,21 @@ def _foreign(path: Path) -> str:
     except UnicodeDecodeError as error:
         return f"wanted a table in UTF-8: {error}"
     first = next((line for line in lines if line.strip()), "")
-    if first.lower().startswith("sep="):
-        separator = first[4:5] or "\t"
+    says = re.fullmatch(r"\"?sep=(.?)\"?,*", first.strip(" "), re.IGNORECASE)
+    if says:
+        separator = says[1] or "\t"
     else:
-        separator = max((",", *_SEPARATORS), key=lambda sign: _n_known(first, sign))
+        signs = dict.fromkeys([",", *_SEPARATORS, *re.findall(r"[^\w\"']", first)])
+        separator = max(signs, key=lambda sign: _n_known(first, sign))
     name = _SEPARATORS.get(separator, repr(separator))
-    if separator == "," and first[:4].lower() != "sep=":
+    if separator == "," and not says:
         return ""
-    also = f" and the first line is {first!r}" if first[:4].lower() == "sep=" else ""
+    also = f" and the first line is {first!r}" if says else ""
+    if separator == ",":
+        return (
+            f"columns are separated by commas and the first line is {first!r}; wanted "
+            "the names of the columns there"
+        )
     return (
         f"columns are separated by {name}{also}; wanted commas, decimal points and "
         "nothing before the names of the columns"
@@ -268,8 +301,10 @@ def _verify(path: Path) -> None:
         if resource["path"] == path.name:
             found, stated = checksum(path), resource.get("hash")
             if found != stated:
-                raise ValueError(
-                    f"{path.name}: checksum {found[7:19]}… differs from the data "
-                    f"package's {str(stated)[7:19]}…; restore the file, or remake "
-                    f"it: {resource.get('command')}"
+                command = resource.get("command")
+                differs = (
+                    f"checksum {found[7:19]}… differs from the data package's "
+                    f"{str(stated)[7:19] + '…' if stated else 'none'}"
                 )
+                remake = f", or remake it: {command}" if command else ""
+                raise ValueError(f"{path.name}: {differs}; restore the file{remake}")

@@ -1,6 +1,7 @@
 """Verdicts on synthetic results; and the paper's claims themselves, recomputed."""
 
 import json
+import re
 from pathlib import Path
 
 import pytest
@@ -490,3 +491,19 @@ def test_every_claim_has_its_chapter(verdicts):
 
 def test_every_verdict_that_differs_says_why(verdicts):
     assert [one.claim.id for one in verdicts if one.unexplained] == []
+
+
+def test_a_page_without_a_place_is_refused_before_anything_is_written(tmp_path, capsys):
+    page = tmp_path / "README.md"
+    for text, said in (
+        (None, "No such file"),
+        ("# No marks\n", "no lines .* to write"),
+    ):
+        if text is not None:
+            page.write_text(text, encoding="utf-8")
+        out = tmp_path / "claims.json"
+        assert main(["claims", "--out", str(out), "--readme", str(page)]) == 2
+        told = capsys.readouterr()
+        assert re.search(said, told.err)
+        assert not told.out
+        assert not out.exists()

@@ -336,7 +336,10 @@ def separate(text, separator):
         (lambda text: "sep=;\n" + separate(text, ";"), r"by semicolons and .* 'sep=;'"),
         (lambda text: "SEP=;\n" + separate(text, ";"), r"by semicolons and .* 'SEP=;'"),
         (lambda text: "sep=\t\n" + separate(text, "\t"), "by tabs and the first line"),
-        (lambda text: "sep=,\n" + text, "by ',' and the first line is 'sep=,'"),
+        (lambda text: "sep=,\n" + text, "by commas and the first line is 'sep=,'"),
+        (lambda text: '"sep=;"\n' + separate(text, ";"), "by semicolons and the first"),
+        (lambda text: separate(text, ":"), "by ':'; wanted commas"),
+        (lambda text: separate(text, "^"), r"by '\^'; wanted commas"),
         (lambda text: "sep=^\n" + separate(text, "^"), r"by '\^' and the first line"),
     ],
 )
@@ -344,6 +347,35 @@ def separate(text, separator):
 def test_another_separator_is_told(path, change, found, newline):
     as_text(path, lambda text: change(text).replace("\n", newline).encode())
     with pytest.raises(ValueError, match=rf"^free\.csv: columns are separated {found}"):
+        load_dataset(path)
+
+
+@pytest.mark.parametrize(
+    ("column", "cell", "message"),
+    [
+        ("task_deg", "1_0", "wanted numbers: task_deg in row 2 is '1_0'"),
+        ("weight_x1", "1_0", "wanted numbers: weight_x1 in row 2 is '1_0'"),
+        ("cost", "5%", "wanted numbers: cost in row 2 is '5%'"),
+        ("margin", "TRUE", "wanted numbers: margin in row 2 is 'TRUE'"),
+        ("weight_y3", "1e308", r"weight_y3 reaches 1e\+308; wanted at most 1e\+09"),
+        ("evaluations", "1.5", "evaluations holds fractions; wanted whole numbers"),
+    ],
+)
+def test_what_is_no_number_is_told_where(path, column, cell, message):
+    def change(text):
+        head, first, second, *others = text.split("\n")
+        cells = second.split(",")
+        cells[head.split(",").index(column)] = cell
+        return "\n".join([head, first, ",".join(cells), *others]).encode()
+
+    as_text(path, change)
+    with pytest.raises(ValueError, match=rf"^free\.csv: {message}"):
+        load_dataset(path)
+
+
+def test_missing_columns_are_told_beside_the_first_that_are_there(path):
+    as_text(path, lambda text: text.replace("task_deg", "TASK_DEG").encode())
+    with pytest.raises(ValueError, match="missing: task_deg; the first ones are 'TASK"):
         load_dataset(path)
 
 
