@@ -234,7 +234,11 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
             self.gate_.fit(X, self.charts_)
         largest = max(len(tasks) for _, tasks, _ in to_fit)
         fits = (model.fit(tasks, targets) for model, tasks, targets in to_fit)
-        shown = {"total": len(to_fit), "n_tasks": largest, "verbose": self.verbose}
+        shown: dict[str, Any] = {
+            "total": len(to_fit),
+            "n_tasks": largest,
+            "verbose": self.verbose,
+        }
         fitted = list(tell(fits, what, **shown))[-n_fits:]
         self.regressors_ = [
             fitted[first : first + n_params] for first in range(0, n_fits, n_params)
