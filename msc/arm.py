@@ -13,7 +13,7 @@ from typing import NoReturn
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from msc.arrays import to_floats
+from msc.arrays import check_kind, check_whole, to_floats
 from msc.bullet import World
 from msc.control import TIME_STEP, Controller
 from msc.dmp import DMP, check_policies
@@ -23,6 +23,7 @@ from msc.workspace import Workspace
 
 N_MOVING, N_SETTLING = 60, 6  # steps: one second of movement, a tenth to settle
 N_STEPS = N_MOVING + N_SETTLING
+_MOST_PARALLEL = 256
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,12 +75,15 @@ class Arm:
     controller : Controller, optional
         Gains of the PID controller; by default ``Controller()``.
     n_parallel : int, default=9
-        Copies simulated side by side: CMA-ES asks for nine policies at a time.
+        Copies simulated side by side, from 1 to 256: CMA-ES asks for nine policies at
+        a time.
 
     Raises
     ------
+    TypeError
+        If `workspace`, `dmp` or `controller` is none.
     ValueError
-        If there is no copy.
+        If the number of copies is none.
     RuntimeError
         If the process has 1024 worlds, which is all that PyBullet takes.
 
@@ -104,12 +108,16 @@ class Arm:
         controller: Controller | None = None,
         n_parallel: int = 9,
     ) -> None:
-        if n_parallel < 1:
-            raise ValueError(f"n_parallel={n_parallel}; wanted at least 1")
+        check_whole("n_parallel", n_parallel, 1, _MOST_PARALLEL)
+        check_kind("workspace", workspace, Workspace)
+        dmp = DMP() if dmp is None else dmp
+        check_kind("dmp", dmp, DMP)
+        controller = Controller() if controller is None else controller
+        check_kind("controller", controller, Controller)
         self.workspace = workspace
-        self.dmp = dmp or DMP()
+        self.dmp = dmp
         self.n_parallel = n_parallel
-        self._world = World(workspace, controller or Controller(), n_parallel)
+        self._world = World(workspace, controller, n_parallel)
         self._unclosed = weakref.finalize(self, _warn_of_unclosed, workspace.name)
         self._unclosed.atexit = False
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from numbers import Integral
 from typing import Any
 
 import numpy as np
@@ -112,8 +113,69 @@ def check_number(argument: str, value: Any, lowest: float, highest: float) -> No
     ...
     ValueError: spring=-1.0; wanted a positive number from 0.01 to 10000
     """
-    if not (isinstance(value, REAL) and lowest <= value <= highest):
+    is_real = isinstance(value, REAL) and not isinstance(value, bool)
+    if not (is_real and lowest <= value <= highest):
         sign = "positive" if lowest > 0 else "finite" if highest < np.inf else "real"
         raise ValueError(
             f"{argument}={value}; wanted a {sign} number from {lowest:g} to {highest:g}"
         )
+
+
+def check_whole(argument: str, value: Any, lowest: int, highest: int) -> None:
+    """Refuse a count beyond its bounds, or that is none.
+
+    Parameters
+    ----------
+    argument : str
+        What the caller knows it as.
+    value : object
+        What was given.
+    lowest, highest : int
+        Its bounds, which belong to what is allowed.
+
+    Raises
+    ------
+    ValueError
+        If it is beyond them.
+
+    Examples
+    --------
+    >>> check_whole("n_parallel", 2.5, 1, 1000)
+    Traceback (most recent call last):
+    ...
+    ValueError: n_parallel=2.5; wanted at least 1, whole, and at most 1000
+    """
+    is_whole = isinstance(value, Integral) and not isinstance(value, bool)
+    if not (is_whole and lowest <= value <= highest):
+        raise ValueError(
+            f"{argument}={value!r}; wanted at least {lowest}, whole, and at most "
+            f"{highest}"
+        )
+
+
+def check_kind(argument: str, value: Any, kind: type) -> None:
+    """Refuse what is no object of a class.
+
+    Parameters
+    ----------
+    argument : str
+        What the caller knows it as.
+    value : object
+        What was given.
+    kind : type
+        The class.
+
+    Raises
+    ------
+    TypeError
+        If it is another's.
+
+    Examples
+    --------
+    >>> check_kind("gated", "no", bool)
+    Traceback (most recent call last):
+    ...
+    TypeError: gated='no'; wanted a bool
+    """
+    if not isinstance(value, kind):
+        raise TypeError(f"{argument}={value!r}; wanted a {kind.__name__}")

@@ -17,13 +17,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from functools import lru_cache
-from numbers import Integral
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.integrate import solve_ivp
 
-from msc.arrays import LARGEST, check_number, to_floats
+from msc.arrays import LARGEST, check_number, check_whole, to_floats
 
 _BOUNDS = {
     "spring": (1e-2, 1e4),
@@ -90,12 +89,9 @@ class DMP:
             value = getattr(self, name)
             if value is not None or name != "damping":
                 check_number(name, value, *_BOUNDS[name])
-        fewest, most = _N_BASIS
-        if not (isinstance(self.n_basis, Integral) and fewest <= self.n_basis <= most):
-            raise ValueError(
-                f"n_basis={self.n_basis}; wanted at least {fewest}, whole, and at most "
-                f"{most}"
-            )
+        check_whole("n_basis", self.n_basis, *_N_BASIS)
+        if not isinstance(self.gated, bool | np.bool_):
+            raise ValueError(f"gated={self.gated!r}; wanted True or False")
 
     @property
     def n_params(self) -> int:
@@ -138,6 +134,12 @@ class DMP:
                 raise ValueError(
                     f"{name}={point!r}; wanted finite x and y, at most {LARGEST:g} m"
                 )
+            few = weights.ndim > 1 and place.ndim > 1 and len(place) > 1
+            if place.ndim > 2 or (few and len(place) != len(weights)):
+                raise ValueError(
+                    f"{name} has shape {place.shape}; wanted (2,), or a place for each "
+                    f"policy: policy has shape {weights.shape}"
+                )
         pull, basis = _responses(self, tuple(moments.tolist()))
         weights = weights.reshape(*weights.shape[:-1], 2, self.n_basis)
         shape = pull[:, None] + np.einsum("tb,...db->...td", basis, weights)
@@ -157,8 +159,20 @@ class DMP:
         -------
         ndarray of shape (n_times, n_basis)
             Shares ψᵢ / Σ ψ, times s if gated.
+
+        Raises
+        ------
+        ValueError
+            If a phase is not finite or beyond a thousand million, they have another
+            shape, or all basis functions are zero at one.
         """
-        s = to_floats("phase", phase)[:, None]
+        phases = to_floats("phase", phase)
+        if phases.ndim != 1 or not (np.abs(phases) <= LARGEST).all():
+            raise ValueError(
+                f"phase={phase!r}; wanted finite numbers of shape (n_times,), at most "
+                f"{LARGEST:g}"
+            )
+        s = phases[:, None]
         c = np.exp(-self.alpha * np.arange(self.n_basis) / (self.n_basis - 1))
         h = 1 / np.diff(c) ** 2
         psi = np.exp(-np.append(h, h[-1]) * (s - c) ** 2)  # Eq. 8

@@ -13,10 +13,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from msc.arrays import LARGEST, check_real, to_floats
+from msc.arrays import LARGEST, to_floats
 from msc.geometry import Circle, bent_home, chain, clearance
 
 _LINKS = (0.40, 0.35, 0.25)
+_SMALLEST = 1e-6  # m; of a radius
 _BOUNDS = {"link_lengths": (0.05, 10.0), "link_masses": (0.01, 1000.0)}
 
 
@@ -69,6 +70,32 @@ class Workspace:
 
     def __post_init__(self) -> None:
         """Refuse an arm that cannot be, and goals that no movement could reach."""
+        self._check_numbers()
+        farthest = sum(self.link_lengths)
+        nearest = max(0.0, 2 * max(self.link_lengths) - farthest)
+        if not max(nearest, _SMALLEST) < self.goal_radius < farthest:
+            raise ValueError(
+                f"goal_radius={self.goal_radius} m is out of the arm's reach; wanted "
+                f"a radius between {nearest:g} m and {farthest:g} m, over a micrometre"
+            )
+        at_home = chain(self.home, self.link_lengths)
+        object.__setattr__(self, "circles", tuple(Circle(*c) for c in self.circles))
+        for circle in self.circles:
+            if not _SMALLEST < circle.radius < clearance(at_home, circle):
+                raise ValueError(
+                    f"circles: the obstacle {tuple(circle)} has no positive radius or "
+                    "stands in the arm's home pose; wanted one clear of it, with a "
+                    "radius over a micrometre"
+                )
+            gap = abs(math.hypot(circle.x, circle.y) - self.goal_radius)
+            if gap < circle.radius:
+                raise ValueError(
+                    f"circles: the goals pass through the obstacle {tuple(circle)} and "
+                    "cannot be reached; wanted obstacles clear of the goal circle"
+                )
+
+    def _check_numbers(self) -> None:
+        """Refuse what is no number, or beyond sense, or too many or few of them."""
         for name, (lowest, highest) in _BOUNDS.items():
             given = to_floats(name, getattr(self, name))
             is_bounded = (lowest <= given) & (given <= highest)
@@ -77,7 +104,11 @@ class Workspace:
                     f"{name}={getattr(self, name)}; wanted {len(_LINKS)} positive "
                     f"numbers from {lowest:g} to {highest:g}"
                 )
-        check_real("goal_radius", self.goal_radius)
+        for name in (*_BOUNDS, "home", "goal_radius", "cut_deg", "circles"):
+            given = getattr(self, name)
+            to_floats(name, given)
+            if np.asarray(given).dtype.kind not in "iuf":  # text, say
+                raise ValueError(f"{name}={given!r}; wanted real numbers")
         for name in ("home", "cut_deg", "circles"):
             if not (np.abs(to_floats(name, getattr(self, name))) <= LARGEST).all():
                 raise ValueError(
@@ -88,27 +119,12 @@ class Workspace:
             raise ValueError(
                 f"home={self.home}, cut_deg={self.cut_deg}; wanted 3 angles and one"
             )
-        farthest = sum(self.link_lengths)
-        nearest = max(0.0, 2 * max(self.link_lengths) - farthest)
-        if not nearest < self.goal_radius < farthest:
+        if np.ndim(self.goal_radius):
+            raise ValueError(f"goal_radius={self.goal_radius!r}; wanted one number")
+        if np.shape(self.circles) not in ((0,), (np.size(self.circles) // 3, 3)):
             raise ValueError(
-                f"goal_radius={self.goal_radius} m is out of the arm's reach; wanted "
-                f"a radius between {nearest:g} m and {farthest:g} m"
+                f"circles={self.circles!r}; wanted x, y and radius of each obstacle"
             )
-        at_home = chain(self.home, self.link_lengths)
-        object.__setattr__(self, "circles", tuple(Circle(*c) for c in self.circles))
-        for circle in self.circles:
-            if not 0 < circle.radius < clearance(at_home, circle):
-                raise ValueError(
-                    f"circles: the obstacle {tuple(circle)} has no positive radius or "
-                    "stands in the arm's home pose; wanted one clear of it"
-                )
-            gap = abs(math.hypot(circle.x, circle.y) - self.goal_radius)
-            if gap < circle.radius:
-                raise ValueError(
-                    f"circles: the goals pass through the obstacle {tuple(circle)} and "
-                    "cannot be reached; wanted obstacles clear of the goal circle"
-                )
 
     @classmethod
     def free(cls) -> Workspace:

@@ -1,5 +1,7 @@
+import gc
 import math
 import re
+import warnings
 from dataclasses import astuple, replace
 
 import numpy as np
@@ -320,3 +322,31 @@ def test_the_order_of_policies_in_memory_does_not_matter(walled_arm):
     found = walled_arm.execute_many(by_column, tasks)
     expected = walled_arm.execute_many(np.ascontiguousarray(policies), tasks)
     assert [bits(rollout) for rollout in found] == [bits(one) for one in expected]
+
+
+@pytest.mark.parametrize(
+    "n_parallel", [2.5, "9", None, np.nan, 1j, True, 10**7, 257, [9]]
+)
+def test_a_number_of_copies_that_is_none_is_refused(n_parallel):
+    with pytest.raises(ValueError, match=r"n_parallel=.*; wanted at least 1, whole"):
+        Arm(free, n_parallel=n_parallel)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "kind"),
+    [
+        ("workspace", "free", "Workspace"),
+        ("workspace", None, "Workspace"),
+        ("workspace", Workspace, "Workspace"),
+        ("dmp", 5, "DMP"),
+        ("dmp", 0, "DMP"),
+        ("controller", "x", "Controller"),
+        ("controller", "", "Controller"),
+    ],
+)
+def test_a_part_of_another_kind_is_refused_before_there_is_a_world(name, value, kind):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(TypeError, match=rf"^{name}=.*; wanted a {kind}$"):
+            Arm(**({"workspace": free} | {name: value}))
+        gc.collect()

@@ -121,3 +121,9 @@ def test_each_arm_has_an_integral_of_its_own():
         torque = pursuit.torques(step, state)
     assert abs(torque[:, 0]).min() > 0
     np.testing.assert_allclose(torque[:, 1], 0, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", ["bandwidth", "windup"])
+def test_a_truth_is_no_gain(name):
+    with pytest.raises(ValueError, match=f"{name}=True; wanted a .* number from 0"):
+        Controller(**{name: True})

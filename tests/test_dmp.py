@@ -225,6 +225,7 @@ def test_constants_within_their_bounds_make_a_movement_within_seconds(constants)
         ("alpha", 4 + 0j),
         ("time_scale", [1.0]),
         ("damping", 10**400),
+        ("spring", True),
     ],
 )
 def test_constants_beyond_sense_are_refused(name, value):
@@ -232,7 +233,7 @@ def test_constants_beyond_sense_are_refused(name, value):
         DMP(**{name: value})
 
 
-@pytest.mark.parametrize("n_basis", [10**6, 101, 2.5, "3", None])
+@pytest.mark.parametrize("n_basis", [10**6, 101, 2.5, "3", None, True])
 def test_a_number_of_basis_functions_beyond_sense_is_refused(n_basis):
     with pytest.raises(ValueError, match=r"n_basis=.*; wanted at least 2, .* most 100"):
         DMP(n_basis=n_basis)
@@ -265,3 +266,30 @@ def test_complex_numbers_are_refused_by_name(name, kind):
         ValueError, match=f"{name} must hold numbers: could not convert"
     ):
         DMP().path(**good | {name: ["1j"] * len(good[name])})
+
+
+@pytest.mark.parametrize("gated", ["no", None, 1, [True]])
+def test_a_switch_is_true_or_false(gated):
+    with pytest.raises(ValueError, match=r"gated=.*; wanted True or False"):
+        DMP(gated=gated)
+
+
+@pytest.mark.parametrize("phase", [[np.nan], [1e308], [0.5, -np.inf], 0.5, [[0.5]]])
+def test_a_phase_beyond_sense_is_refused(phase):
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        with pytest.raises(
+            ValueError, match=r"phase=.*; wanted finite numbers of shap"
+        ):
+            DMP().forcing_basis(phase)
+        with pytest.raises(ValueError, match="at some phase all basis functions are"):
+            DMP().forcing_basis([1e9])
+
+
+@pytest.mark.parametrize(("n_policies", "n_goals"), [(3, 2), (1, 3), (4, 3)])
+@pytest.mark.parametrize("name", ["start", "goal"])
+def test_places_are_one_or_as_many_as_policies(name, n_policies, n_goals):
+    policies = np.zeros((n_policies, 6) if n_policies else 6)
+    places = {"start": [0, 0], "goal": [1, 1]} | {name: np.zeros((n_goals, 2))}
+    with pytest.raises(ValueError, match=rf"{name} has shape \({n_goals}, 2\); wanted"):
+        DMP().path(policies, **places, times=[0, 1])

@@ -154,3 +154,28 @@ def test_obstacles_may_be_given_as_a_list():
 def test_a_task_that_is_no_angle_is_refused(task):
     with pytest.raises(ValueError, match=r"task_deg=.* is not finite"):
         free.target(task)
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "message"),
+    [
+        ("goal_radius", "0.4", "goal_radius='0.4'; wanted real numbers"),
+        ("goal_radius", None, "goal_radius=None; wanted real numbers"),
+        ("goal_radius", True, "goal_radius=True; wanted real numbers"),
+        ("goal_radius", [0.45], r"goal_radius=\[0.45\]; wanted one number"),
+        ("goal_radius", 1e-320, "goal_radius=1e-320 m .* over a micrometre"),
+        ("goal_radius", 1j, "Complex data not supported: goal_radius"),
+        ("cut_deg", "69.5", "cut_deg='69.5'; wanted real numbers"),
+        ("home", ("0", "1", "1"), "home=.*; wanted real numbers"),
+        ("link_lengths", ("0.4", "0.3", "0.2"), "link_lengths=.*; wanted real numbers"),
+        ("circles", 5, "circles=5; wanted x, y and radius of each"),
+        ("circles", None, "circles=None; wanted real numbers"),
+        ("circles", (0.7, 0.3, 0.05), "circles=.*; wanted x, y and radius of each"),
+        ("circles", ((0.7, 0),), "circles=.*; wanted x, y and radius of each"),
+        ("circles", ((0.7, 0.3, "0.05"),), "circles=.*; wanted real numbers"),
+        ("circles", ((0.7, 0.3, 1e-320),), "circles: .* a radius over a micrometre"),
+    ],
+)
+def test_what_is_no_number_of_a_workspace_is_refused_by_name(name, value, message):
+    with pytest.raises(ValueError, match=f"^{message}"):
+        Workspace(**{name: value})
