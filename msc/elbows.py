@@ -7,7 +7,6 @@ that picks one.
 
 from __future__ import annotations
 
-import warnings
 from typing import Any
 
 import numpy as np
@@ -164,9 +163,7 @@ def check_data(
 
 def _cut(policies: Array, n_counts: int, seed: int) -> tuple[Any, Array, list[Charts]]:
     """Return affinity, eigenvalues, and the charts for 1 to n_counts of them."""
-    with warnings.catch_warnings():  # one chart: only the graph is wanted
-        warnings.filterwarnings("ignore", "The graph has", UserWarning)
-        affinity = SMCE(1, max_clusters=1).fit(policies).affinity_matrix_
+    affinity = SMCE(1, max_clusters=1).fit(policies).affinity_matrix_
     size = min(n_counts + 1, len(policies))
     values, vectors = laplacian_eigen(affinity, size, seed)
     return affinity, values, cluster_each(vectors, n_counts, seed)

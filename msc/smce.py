@@ -195,8 +195,8 @@ class SMCE(ClusterMixin, BaseEstimator):  # type: ignore[misc]
         Warns
         -----
         UserWarning
-            If the graph has more components than there are charts, or `X` fewer
-            distinct points than `n_clusters`.
+            If the graph has more components than there are charts (and not one was
+            asked for), or `X` fewer distinct points than `n_clusters`.
         """
         self._validate_params()
         X = validate_points(self, X, ensure_min_samples=2)
@@ -281,18 +281,14 @@ class SMCE(ClusterMixin, BaseEstimator):  # type: ignore[misc]
                 stacklevel=3,
             )
         n_components, component = connected_components(affinity, directed=False)
-        if n_components > count:
+        if n_components > count and self.n_clusters != 1:
             sizes = np.sort(np.bincount(component))[::-1]
-            apart = (
-                f"the {count - 1} largest are charts, the other "
-                f"{n_components - count + 1} share one"
-                if count > 1
-                else "all of them share it"
-            )
+            largest = "" if count == 1 else f"the {count - 1} largest are charts, "
             warnings.warn(
                 f"The graph has {n_components} components, of {sizes[-1]} to "
-                f"{sizes[0]} points, but n_clusters_ is {count}: {apart}. More "
-                f"n_neighbors than {self.n_neighbors} may connect them.",
+                f"{sizes[0]} points, but n_clusters_ is {count}: {largest}"
+                f"{n_components - count + 1} share one. More n_neighbors than "
+                f"{self.n_neighbors} may connect them.",
                 stacklevel=3,
             )
 

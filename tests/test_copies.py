@@ -251,19 +251,32 @@ def test_fewer_distinct_points_than_charts_are_told(n_distinct):
 # Components of the graph
 
 
-@pytest.mark.parametrize(("n_clusters", "told"), [(1, "all"), (4, "the 3 largest")])
+def far_pieces(n_pieces):
+    t = np.arange(30.0 * n_pieces)
+    return np.c_[t % 30, 1e3 * (t // 30)]
+
+
+@pytest.mark.parametrize(
+    ("n_clusters", "told"),
+    [
+        (2, "n_clusters_ is 2: the 1 largest are charts, 5 share one"),
+        (4, "n_clusters_ is 4: the 3 largest are charts, 3 share one"),
+        (None, "n_clusters_ is "),
+    ],
+)
 def test_more_components_than_charts_are_told_with_counts(n_clusters, told):
-    t = np.arange(180.0)
-    X = np.c_[t % 30, 1e3 * (t // 30)]
-    sentence = (
-        f"6 components, of 30 to 30 points, but n_clusters_ is {n_clusters}: {told}"
-    )
+    model = SMCE(n_clusters, n_neighbors=6, max_clusters=5, random_state=0)
+    sentence = f"6 components, of 30 to 30 points, but {told}"
     with pytest.warns(UserWarning, match=sentence):
-        SMCE(n_clusters, n_neighbors=6, random_state=0).fit(X)
+        model.fit(far_pieces(6))
+
+
+@pytest.mark.filterwarnings("error")
+def test_one_chart_was_asked_for():
+    SMCE(1, n_neighbors=6).fit(far_pieces(6))
 
 
 @pytest.mark.filterwarnings("error")
 def test_as_many_components_as_charts_are_no_news():
-    t = np.arange(120.0)
-    model = SMCE(4, n_neighbors=6, random_state=0).fit(np.c_[t % 30, 1e3 * (t // 30)])
-    np.testing.assert_array_equal(model.labels_, t // 30)
+    model = SMCE(4, n_neighbors=6, random_state=0).fit(far_pieces(4))
+    np.testing.assert_array_equal(model.labels_, np.repeat(range(4), 30))
