@@ -295,9 +295,9 @@ class SMCE(ClusterMixin, BaseEstimator):  # type: ignore[misc]
 
 def _means(X: Array, points: NDArray[np.intp], place: NDArray[np.intp]) -> Array:
     """Return the distinct points: means of copies; to the bit, where they are equal."""
-    first = X[points]
     if len(points) == len(X):
-        return first
+        return X
+    first = X[points]
     sums = np.zeros_like(first)
     np.add.at(sums, place, X - first[place])
     return np.asarray(first + sums / np.bincount(place)[:, None])
