@@ -61,7 +61,7 @@ lint: $(STAMP) ## check style, types, docstrings, and that notebooks carry no ou
 	@$(BIN) -m ruff check
 	@$(BIN) -m ruff format --check
 	@$(BIN) -m mypy
-	@$(BIN) -m numpydoc lint msc/*.py
+	@$(BIN) -m numpydoc lint $$(find msc press -name "*.py")
 	@find book -maxdepth 1 -name '*.ipynb' \
 		-exec $(BIN) -m nbstripout --verify --extra-keys '$(LAB_KEYS)' {} +
 

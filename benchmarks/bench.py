@@ -13,6 +13,7 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
+import msc.cmaes
 import mujoco_arm
 from learners import measure_fits, measure_skills, measure_smce
 from naive import N_PHYSICS_STEPS
@@ -20,17 +21,10 @@ from rollouts import POPULATION, measure_memory, measure_rollouts
 from searches import measure_growth, measure_searches, measure_skill
 from threadpoolctl import threadpool_limits
 
-import msc.cmaes
-import msc.dataset
-from msc.cost_tables import (
-    growth_table,
-    learner_table,
-    rollout_table,
-    smce_table,
-    task_table,
-)
-from msc.files import write_json
-from msc.workspace import Workspace
+import msc.search._sweep
+from msc import Workspace
+from msc.plots import growth_table, learner_table, rollout_table, smce_table, task_table
+from press import write_json
 
 RESULTS = Path(__file__).with_name("results.json")
 PACKAGES = (
@@ -82,7 +76,7 @@ def main() -> None:
     parser.add_argument("--out", type=Path, default=RESULTS, help="the JSON file")
     options = parser.parse_args()
     if options.quick:  # searches are cut short
-        msc.cmaes.MAX_EVALUATIONS, msc.dataset.MAX_SWEEPS = 45, 0
+        msc.search._cmaes.MAX_EVALUATIONS, msc.search._sweep.MAX_SWEEPS = 45, 0
     with threadpool_limits(1):
         figures = measure(QUICK if options.quick else Effort())
     figures = {"quick": options.quick, "machine": machine(), **figures}

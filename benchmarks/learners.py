@@ -18,11 +18,8 @@ from threadpoolctl import threadpool_limits
 from timing import clock, interleave, peak_mb, spread
 from tqdm import tqdm
 
-from msc.sampling import take_evenly
-from msc.skill import ParameterizedSkill
-from msc.smce import SMCE
-from msc.tables import load_dataset
-from msc.workspace import Workspace
+from msc import SMCE, ParameterizedSkill, Workspace, load_dataset
+from msc.study import take_evenly
 
 SEED = 0
 PIECES, DIMENSIONS, NOISE = 4, 6, 1e-3

@@ -1,18 +1,17 @@
 """The same arm and obstacles in MuJoCo, driven by given torques.
 
-Links, masses, inertias, capsules, obstacles and time step are those of `msc.bullet`.
-Only `mujoco.rollout` is used: C code that goes through all rollouts, open-loop. MuJoCo
-is optional; without it, `rollout` is None.
+Links, masses, inertias, capsules, obstacles and time step are those of
+`msc.robot`. Only `mujoco.rollout` is used: C code that goes through all rollouts,
+open-loop. MuJoCo is optional; without it, `rollout` is None.
 """
 
 import numpy as np
 
-from msc.arm import N_STEPS
-from msc.bullet import SUBSTEPS
-from msc.control import TIME_STEP
-from msc.dynamics import rod_inertia
-from msc.geometry import LINK_RADIUS, chain
-from msc.workspace import Workspace
+from msc import Workspace
+from msc.robot import LINK_RADIUS, TIME_STEP, forward_kinematics
+from msc.robot._arm import N_STEPS
+from msc.robot._bullet import SUBSTEPS
+from msc.robot._dynamics import rod_inertia
 
 try:
     import mujoco
@@ -48,7 +47,7 @@ class MujocoArm:
     def ends(self, torques: np.ndarray) -> np.ndarray:
         """Return where the end effectors come to rest (n_rollouts, 2)."""
         last = self.execute(torques)[:, -1]
-        return chain(last, self.workspace.link_lengths)[:, -1]
+        return forward_kinematics(last, self.workspace.link_lengths)[:, -1]
 
 
 def describe(workspace: Workspace) -> str:

@@ -13,15 +13,14 @@ from itertools import accumulate
 
 import numpy as np
 
-from msc.arm import N_MOVING, N_STEPS
-from msc.bullet import SUBSTEPS, World, load_pybullet
-from msc.control import TIME_STEP, Controller
-from msc.dmp import DMP
-from msc.dynamics import coupled_inertias, joint_torques
-from msc.geometry import chain
-from msc.kinematics import DAMPING
+from msc import DMP, Workspace
+from msc.robot import TIME_STEP, forward_kinematics, joint_torques
+from msc.robot._arm import N_MOVING, N_STEPS
+from msc.robot._bullet import SUBSTEPS, BulletWorld, load_pybullet
+from msc.robot._control import ControllerGains
+from msc.robot._dynamics import coupled_inertias
+from msc.robot._kinematics import DAMPING
 from msc.search import ENERGY_WEIGHT, ERROR_WEIGHT
-from msc.workspace import Workspace
 
 STEP = TIME_STEP / SUBSTEPS  # s
 N_PHYSICS_STEPS = SUBSTEPS * N_STEPS
@@ -36,7 +35,7 @@ class PlainArm:
     def __init__(self, workspace: Workspace) -> None:
         self.workspace, self.dmp = workspace, DMP()
         self.times = np.arange(1, SUBSTEPS * N_MOVING + 1) * STEP
-        self._world = World(workspace, Controller(), n_arms=1)
+        self._world = BulletWorld(workspace, ControllerGains(), n_arms=1)
         self.client = self._world.client_id
         bullet.setTimeStep(STEP, physicsClientId=self.client)
         bullet.setPhysicsEngineParameter(numSubSteps=0, physicsClientId=self.client)
@@ -56,9 +55,9 @@ class PlainArm:
         """Execute a policy; return its cost and where the end effector ends."""
         world, client = self.workspace, self.client
         target = world.target(task_deg)
-        start = chain(world.home, world.link_lengths)[-1]
+        start = forward_kinematics(world.home, world.link_lengths)[-1]
         path = self.dmp.path(policy, start, target, self.times).tolist()
-        pursuit = follower(world, Controller())
+        pursuit = follower(world, ControllerGains())
         self._world._reset()
         angles, speed, impulse = [world.home], (0.0, 0.0, 0.0), 0.0
         for step in range(N_PHYSICS_STEPS):
@@ -77,7 +76,7 @@ class PlainArm:
             if world.circles:
                 for contact in bullet.getContactPoints(physicsClientId=client):
                     impulse += STEP * contact[9]
-        end = chain(angles[-1], world.link_lengths)[-1]
+        end = forward_kinematics(angles[-1], world.link_lengths)[-1]
         energy = np.sum(np.diff(angles, axis=0) ** 2) / STEP
         error = np.linalg.norm(end - target)
         return ERROR_WEIGHT * error**2 + ENERGY_WEIGHT * energy, end
@@ -86,7 +85,7 @@ class PlainArm:
 class ArrayFollower:
     """Inverse kinematics and PID control by NumPy."""
 
-    def __init__(self, workspace: Workspace, controller: Controller) -> None:
+    def __init__(self, workspace: Workspace, controller: ControllerGains) -> None:
         self.lengths = np.array(workspace.link_lengths)
         self.inertias = coupled_inertias(self.lengths, workspace.link_masses)
         self.windup, self.rate = controller.windup, controller.bandwidth
@@ -126,7 +125,7 @@ class ArrayFollower:
 class FloatFollower:
     """The same by floats and complex numbers, which for three joints are quicker."""
 
-    def __init__(self, workspace: Workspace, controller: Controller) -> None:
+    def __init__(self, workspace: Workspace, controller: ControllerGains) -> None:
         self.lengths = workspace.link_lengths
         self.inertias = coupled_inertias(self.lengths, workspace.link_masses).tolist()
         self.windup, self.rate = controller.windup, controller.bandwidth
@@ -161,7 +160,7 @@ class FloatFollower:
         ]
 
     def joint_step(self, point: complex) -> list[float]:
-        """Find the joint motion, as `msc.kinematics.follow_path` does for many arms."""
+        """Find the joint motion, as `inverse_kinematics` does for many arms."""
         a, b, c = map(rect, self.lengths, accumulate(self.wanted))
         columns = 1j * (a + b + c), 1j * (b + c), 1j * c
         error = point - (a + b + c)
@@ -176,7 +175,7 @@ class FloatFollower:
         speed: Sequence[float],
         acceleration: Sequence[float],
     ) -> list[float]:
-        """Find the torques, as `msc.dynamics.joint_torques` does for many arms."""
+        """Find the torques, as `msc.robot.joint_torques` does for many arms."""
         motion = zip(*map(accumulate, (angle, speed, acceleration)), strict=True)
         links, pulled = [], []
         for heading, turning, turning_faster in motion:

@@ -8,10 +8,9 @@ from naive import ArrayFollower, FloatFollower, PlainArm
 from timing import Spy, interleave, peak_mb, spread
 from tqdm import tqdm
 
-from msc.arm import N_STEPS, Arm
+from msc import Arm, Workspace, load_dataset
+from msc.robot._arm import N_STEPS
 from msc.search import cost
-from msc.tables import load_dataset
-from msc.workspace import Workspace
 
 POPULATION = 9  # policies that CMA-ES asks for at a time
 

@@ -9,15 +9,11 @@ from joblib import Parallel, delayed, parallel_config
 from timing import clock, spread
 from tqdm import tqdm
 
-import msc.search
-from msc.arm import kept_arm
-from msc.dataset import Plan, grid, search_tasks
-from msc.dmp import DMP
-from msc.sampling import take_evenly
-from msc.skill import ParameterizedSkill
-from msc.smce import SMCE
-from msc.tables import load_dataset
-from msc.workspace import Workspace
+import msc.search._policy
+from msc import DMP, SMCE, ParameterizedSkill, Workspace, load_dataset
+from msc.robot import cached_arm
+from msc.search import Plan, grid, search_tasks
+from msc.study import take_evenly
 
 SEED = 0
 MANY = 1000  # tasks predicted in one call
@@ -32,7 +28,9 @@ def measure_searches(
     seconds, evaluations = [], []
     for task in tqdm(tasks_deg, desc=f"searches, {workspace.name}", unit="task"):
         begun = time.perf_counter()
-        found = msc.search.search_policy(workspace, task, seed=SEED, n_starts=n_starts)
+        found = msc.search._policy.search_policy(
+            workspace, task, seed=SEED, n_starts=n_starts
+        )
         seconds.append(time.perf_counter() - begun)
         evaluations.append(found.evaluations)
     return {
@@ -91,7 +89,7 @@ def run(
 
 def warm_up(workspace: Workspace) -> None:
     """Load everything in a process and build its world; leave others time to."""
-    kept_arm(workspace, DMP()).execute(np.zeros(6), task_deg=0)
+    cached_arm(workspace, DMP()).execute(np.zeros(6), task_deg=0)
     time.sleep(0.2)
 
 

@@ -1,41 +1,47 @@
 """One small example of every figure and slider: what it needs, and a call."""
 
+import msc.cmaes
 import numpy as np
 import pandas as pd
 import pytest
 
-import msc.cmaes
-import msc.movements
+import msc.plots._executed
 from msc import SMCE, Arm, Workspace, load_dataset
-from msc.cost_tables import load_costs
-from msc.evaluation import Experiment
-from msc.generations import record_search
-from msc.looks import LOOKS
-from msc.movements import Movements
-from msc.plots import plot_execution, plot_manifold
-from msc.plots_arm import plot_followed, plot_poses, plot_weights
-from msc.plots_audit import plot_curves, plot_quality
-from msc.plots_charts import plot_elbows
-from msc.plots_costs import plot_costs
-from msc.plots_curves import plot_rivals
-from msc.plots_generations import plot_generations
-from msc.plots_generations_scrubber import scrub_generations
-from msc.plots_graph import (
+from msc.data import load_results, make_two_arcs
+from msc.plots import (
+    LOOKS,
+    Movements,
+    load_costs,
     plot_affinity,
+    plot_breaks,
     plot_clusterings,
-    plot_graph,
+    plot_composition,
+    plot_costs,
+    plot_curves,
+    plot_elbows,
+    plot_execution,
+    plot_followed,
+    plot_generations,
+    plot_manifold,
+    plot_poses,
+    plot_quality,
     plot_reconstruction,
+    plot_rivals,
+    plot_sample_sizes,
+    plot_sweep,
+    plot_tasks,
+    plot_weights,
+    plot_workspaces,
+    slide_charts,
+    slide_execution,
+    slide_generations,
+    slide_predictions,
+    slide_regularization,
+    slide_weight,
 )
-from msc.plots_graph_scrubber import scrub_charts, scrub_regularization
-from msc.plots_movements import plot_breaks, plot_tasks
-from msc.plots_predicted import scrub_predictions
-from msc.plots_scrubber import scrub_execution
-from msc.plots_skill import plot_composition
-from msc.plots_study import plot_sample_sizes, plot_sweep
-from msc.plots_weights import scrub_weight
-from msc.plots_world import plot_workspaces
-from msc.results import load_results
-from msc.toys import near_curves
+from msc.plots._graph import plot_graph
+from msc.search import record_search
+from msc.study import Experiment
 
 NAMES = ("without obstacles", "with obstacles")
 
@@ -57,7 +63,7 @@ def few_movements():
     policies = np.zeros((8, 6))
     found = np.deg2rad(degrees)[:, None], policies, pd.DataFrame({"task_deg": degrees})
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(msc.movements, "load_dataset", lambda _: found)
+        patch.setattr(msc.plots._executed, "load_dataset", lambda _: found)
         return Movements("obstacles")
 
 
@@ -92,22 +98,22 @@ def predictions():
     found, methods, X, y = learners()
     with Arm(found.workspace) as arm:
         more = {"arm": arm, "degrees": [3.4, 123.4], "weight": 1}
-        return scrub_predictions(methods, X, y, **more).poster
+        return slide_predictions(methods, X, y, **more).poster
 
 
 def weights():
     with Arm(Workspace.free()) as arm:
-        return scrub_weight(arm, np.zeros(6), 60, 1, [-30, 0, 30]).poster
+        return slide_weight(arm, np.zeros(6), 60, 1, [-30, 0, 30]).poster
 
 
 def recordings():
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(msc.cmaes, "MAX_EVALUATIONS", 170)
+        patch.setattr(msc.search._cmaes, "MAX_EVALUATIONS", 170)
         return record_search(Workspace.obstacles(), 120, seed=3, n_starts=2)
 
 
 def curves():
-    points, labels = near_curves()
+    points, labels = make_two_arcs()
     return points, labels, SMCE(2, random_state=0).fit(points)
 
 
@@ -130,7 +136,7 @@ def reconstruction():
 def charts():
     found = experiment()
     X, y = found.tasks[found.chosen], found.policies[found.chosen]
-    return scrub_charts(X, y, 1).poster
+    return slide_charts(X, y, 1).poster
 
 
 FIGURES = {
@@ -146,8 +152,8 @@ FIGURES = {
     plot_rivals: rivals,
     plot_tasks: lambda: plot_tasks(few_movements(), range(8)),
     plot_breaks: lambda: plot_breaks(few_movements(), [(0, 1)] * 6),
-    scrub_predictions: predictions,
-    scrub_execution: lambda: scrub_execution(experiment(), every=60).poster,
+    slide_predictions: predictions,
+    slide_execution: lambda: slide_execution(experiment(), every=60).poster,
     plot_costs: lambda: plot_costs(
         load_costs(), dict(zip(("free", "obstacles"), tables(), strict=True))
     ),
@@ -156,19 +162,19 @@ FIGURES = {
         *results("study"), methods=list(LOOKS), verdicts=False
     ),
     plot_sweep: lambda: plot_sweep(*results("study"), measures=["mse, gate learned"]),
-    scrub_weight: weights,
+    slide_weight: weights,
     plot_generations: lambda: plot_generations(
         Workspace.obstacles(), 120, recordings(), shown=(1, 5, 10)
     ),
-    scrub_generations: lambda: (
-        scrub_generations(Workspace.obstacles(), 120, recordings()[0]).poster
+    slide_generations: lambda: (
+        slide_generations(Workspace.obstacles(), 120, recordings()[0]).poster
     ),
     plot_clusterings: clusterings,
     plot_graph: graph,
     plot_reconstruction: reconstruction,
     plot_affinity: lambda: plot_affinity(curves()[2]),
-    scrub_regularization: lambda: (
-        scrub_regularization(*curves()[:2], [0, 10], first=1).poster
+    slide_regularization: lambda: (
+        slide_regularization(*curves()[:2], [0, 10], first=1).poster
     ),
-    scrub_charts: charts,
+    slide_charts: charts,
 }

@@ -4,8 +4,8 @@ import random
 import re
 from pathlib import Path
 
-from msc.notebook import parameters, read_notebook
-from msc.schema import check
+from press._notebook import parameters, read_notebook
+from press._parameters import check
 
 BOOK = Path(__file__).parents[1] / "book"
 CHAPTERS = {path.stem: path for path in sorted(BOOK.glob("*.ipynb"))}

@@ -9,12 +9,19 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from msc.arm import N_MOVING, N_STEPS, Arm, Rollout
-from msc.bullet import load_pybullet
-from msc.control import TIME_STEP, Controller
-from msc.dynamics import coupled_inertias, joint_torques
-from msc.geometry import LINK_RADIUS, Circle, chain
-from msc.workspace import Workspace, random_circles
+from msc import Arm, Rollout, Workspace
+from msc.robot import (
+    LINK_RADIUS,
+    TIME_STEP,
+    Circle,
+    forward_kinematics,
+    joint_torques,
+    random_circles,
+)
+from msc.robot._arm import N_MOVING, N_STEPS
+from msc.robot._bullet import load_pybullet
+from msc.robot._control import ControllerGains
+from msc.robot._dynamics import coupled_inertias
 
 bullet = load_pybullet()
 free = Workspace.free()
@@ -49,7 +56,7 @@ def bits(rollout):
 
 def gap(rollout):
     """Measure the least gap of arm and obstacles, at 200 points a link, each step."""
-    joints = chain(rollout.joints, free.link_lengths)[:, None]
+    joints = forward_kinematics(rollout.joints, free.link_lengths)[:, None]
     along = np.linspace(0, 1, 200)[:, None, None]
     points = joints[:, :, :-1] + along * np.diff(joints, axis=2)
     return min(
@@ -73,7 +80,9 @@ def test_forward_kinematics_are_those_of_pybullet(arm, pose):
         *frames[2], [free.link_lengths[2], 0, 0], [0, 0, 0, 1]
     )
     found = np.array([place for place, _ in frames] + [tip])
-    wanted = chain(pose, free.link_lengths)  # PyBullet's rotations have seven digits
+    wanted = forward_kinematics(
+        pose, free.link_lengths
+    )  # PyBullet's rotations have seven digits
     np.testing.assert_allclose(found[:, :2], wanted, rtol=0, atol=1e-6)
     np.testing.assert_allclose(found[:, 2], found[0, 2], rtol=0, atol=1e-6)
 
@@ -129,7 +138,7 @@ def test_nothing_slows_the_arm_down(arm):
 def test_the_arm_follows_its_plan(arm):
     plans = arm.plan(policies, free.target(tasks))
     for plan, rollout in zip(plans, arm.execute_many(policies, tasks), strict=True):
-        path = chain(plan, free.link_lengths)[:, -1]
+        path = forward_kinematics(plan, free.link_lengths)[:, -1]
         behind = np.hypot(*(rollout.path - path).T)
         assert behind.mean() < 0.02
         assert behind.max() < 0.06
@@ -143,7 +152,7 @@ def test_given_time_the_arm_comes_to_rest_where_it_should(arm):
 
 
 def test_a_weak_arm_is_left_behind(arm):
-    controller = Controller(torque_limit=(0.4, 0.2, 0.05))
+    controller = ControllerGains(torque_limit=(0.4, 0.2, 0.05))
     with Arm(free, controller=controller) as weak:
         found = weak.execute(np.zeros(6), 270)
     assert found.error > 3 * arm.execute(np.zeros(6), 270).error
@@ -163,7 +172,7 @@ def test_a_rollout_measures_what_happened(arm):
     rollout = arm.execute(policies[0], 120)
     assert rollout.joints.shape == (N_STEPS + 1, 3)
     np.testing.assert_allclose(rollout.joints[0], free.home)
-    tips = chain(rollout.joints, free.link_lengths)[:, -1]
+    tips = forward_kinematics(rollout.joints, free.link_lengths)[:, -1]
     np.testing.assert_array_equal(rollout.path, tips)
     missed = math.dist(tips[-1], free.target(120))
     assert rollout.error == pytest.approx(missed, rel=1e-12)
@@ -340,8 +349,8 @@ def test_a_number_of_copies_that_is_none_is_refused(n_parallel):
         ("workspace", Workspace, "Workspace"),
         ("dmp", 5, "DMP"),
         ("dmp", 0, "DMP"),
-        ("controller", "x", "Controller"),
-        ("controller", "", "Controller"),
+        ("controller", "x", "ControllerGains"),
+        ("controller", "", "ControllerGains"),
     ],
 )
 def test_a_part_of_another_kind_is_refused_before_there_is_a_world(name, value, kind):

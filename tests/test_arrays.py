@@ -6,16 +6,18 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from msc.arm import Arm
-from msc.arrays import check_number, to_floats
-from msc.control import Controller
-from msc.dynamics import joint_torques
-from msc.geometry import Circle, chain, clearance
-from msc.jumps import find_jumps, step_sizes
-from msc.kinematics import follow_path
-from msc.sampling import draw_samples
-from msc.search import search_policy
-from msc.workspace import Workspace
+from msc import Arm, Workspace, find_jumps, search_policy
+from msc._arrays import check_number, to_floats
+from msc.data import step_sizes
+from msc.robot import (
+    Circle,
+    clearance,
+    forward_kinematics,
+    inverse_kinematics,
+    joint_torques,
+)
+from msc.robot._control import ControllerGains
+from msc.study import draw_samples
 
 free = Workspace.free()
 SIX = np.zeros((6, 6))
@@ -52,8 +54,8 @@ def test_complex_numbers_are_refused_wherever_arrays_enter(arm, kind):
         "tasks ": lambda bad: draw_samples("even", bad, 3),
         "policies": lambda bad: find_jumps(straight, bad),
         "policies ": step_sizes,
-        "joints": lambda bad: chain(bad, free.link_lengths),
-        "path": lambda bad: follow_path(bad, free.home, free.link_lengths),
+        "joints": lambda bad: forward_kinematics(bad, free.link_lengths),
+        "path": lambda bad: inverse_kinematics(bad, free.home, free.link_lengths),
         "motion": lambda bad: joint_torques(bad, np.eye(3)),
     }
     for name, call in calls.items():
@@ -143,7 +145,7 @@ def test_worlds_beyond_sense_are_refused(name, value):
 )
 def test_controllers_beyond_sense_are_refused(name, value):
     with pytest.raises(ValueError, match=name):
-        Controller(**{name: value})
+        ControllerGains(**{name: value})
 
 
 @pytest.mark.parametrize("bandwidth", [0.0, 1000.0])
@@ -154,7 +156,7 @@ def test_worlds_at_their_bounds_end_somewhere(bandwidth, mass, length, limit):
     world = Workspace(
         link_lengths=(length,) * 3, link_masses=(mass,) * 3, goal_radius=2 * length
     )
-    controller = Controller(bandwidth, np.inf, (limit,) * 3)
+    controller = ControllerGains(bandwidth, np.inf, (limit,) * 3)
     with Arm(world, controller=controller, n_parallel=1) as arm:
         rollout = arm.execute(np.full(6, 30.0), 10.0)
     assert np.isfinite([rollout.error, rollout.energy, *rollout.joints.ravel()]).all()
@@ -166,7 +168,9 @@ def test_numbers_pass_as_they_are():
     for same in (values.tolist(), pd.DataFrame(values), values.astype(object)):
         np.testing.assert_array_equal(to_floats("x", same), values)
     assert np.isinf(to_floats("x", np.longdouble("1e400")))
-    assert clearance(chain(free.home, free.link_lengths), Circle(9, 9, 1)) > 0
+    assert (
+        clearance(forward_kinematics(free.home, free.link_lengths), Circle(9, 9, 1)) > 0
+    )
     check_number("x", np.float32(1), 0, 1)
 
 

@@ -1,16 +1,14 @@
+import msc.audit
 import numpy as np
 import pytest
 
-import msc.audit
-import msc.bisection
-from msc.audit import _find_workspace, audit_table
-from msc.audit_tables import list_jumps, summarise
-from msc.bisection import bisect, bisect_jumps
-from msc.dataset import Plan, grid, search_tasks
-from msc.files import find_data
-from msc.search import SearchResult
-from msc.tables import load_dataset, save_table
-from msc.workspace import Workspace
+import msc.search._bisection
+from msc import SearchResult, Workspace, load_dataset
+from msc.data import find_data, save_table
+from msc.plots import list_jumps, summarise
+from msc.search import Plan, audit_table, grid, search_tasks
+from msc.search._audit import _find_workspace
+from msc.search._bisection import bisect, bisect_jumps
 
 free = Workspace.free()
 
@@ -19,7 +17,7 @@ free = Workspace.free()
 def table(tmp_path_factory):
     """A table of four tasks, searched as little as can be."""
     patch = pytest.MonkeyPatch()
-    patch.setattr("msc.cmaes.MAX_EVALUATIONS", 18)
+    patch.setattr("msc.search._cmaes.MAX_EVALUATIONS", 18)
     path = tmp_path_factory.mktemp("data") / "free.csv"
     found = search_tasks(Plan(free, grid(4), seed=0, n_starts=1))
     save_table(found, path, command="msc search", seed=0)
@@ -36,8 +34,8 @@ def searches(monkeypatch):
             found = np.asarray(policy(task_deg), dtype=float)
             return SearchResult(task_deg, found, cost, 0.0, 0.0, 0.0, ())
 
-        monkeypatch.setattr(msc.audit, "search_policy", search)
-        monkeypatch.setattr(msc.bisection, "search_policy", search)
+        monkeypatch.setattr(msc.search._audit, "search_policy", search)
+        monkeypatch.setattr(msc.search._bisection, "search_policy", search)
 
     return install
 

@@ -8,16 +8,16 @@ from pathlib import Path
 
 import pytest
 
-from msc.cost_tables import (
+from msc import load_dataset
+from msc.plots import (
     growth_table,
     learner_table,
     load_costs,
+    plot_costs,
     rollout_table,
     smce_table,
     task_table,
 )
-from msc.plots_costs import plot_costs
-from msc.tables import load_dataset
 
 BENCH = Path(__file__).parents[1] / "benchmarks" / "bench.py"
 

@@ -14,14 +14,14 @@ from pathlib import Path
 
 import pytest
 
-from msc import record
-from msc.book import build_book, pages, substitutions
-from msc.chapters import BookError, run_chapters
 from msc.cli import main
-from msc.environment import environment
-from msc.figures import find_pictures, gallery_markdown
-from msc.files import locked
-from msc.notebook import (
+from press import BookError, locked
+from press import _record as record
+from press._book import build_book, pages, substitutions
+from press._chapters import run_chapters
+from press._environment import environment
+from press._figures import find_pictures, gallery_markdown
+from press._notebook import (
     code_cells,
     complaints,
     read_notebook,
@@ -30,9 +30,9 @@ from msc.notebook import (
     with_outputs,
     write_notebook,
 )
-from msc.print_book import one_page, print_book, without_dates
-from msc.record import version_of
-from msc.release import MAY_DIFFER, differences, pack, release_book
+from press._print import one_page, print_book, without_dates
+from press._record import version_of
+from press._release import MAY_DIFFER, differences, pack, release_book
 
 ROOT = Path(__file__).parents[1]
 PARAMETERS = 'profile = "full"\nn = 3'

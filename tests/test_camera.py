@@ -7,13 +7,13 @@ import pytest
 from imageio_ffmpeg import get_ffmpeg_exe
 from PIL import Image
 
-import msc.camera
-from msc.arm import Rollout
-from msc.camera import film, render, save_film
+import msc.plots._camera
+from msc import Rollout, Workspace
 from msc.cli import main
-from msc.geometry import chain
-from msc.scene import Scene
-from msc.workspace import Workspace
+from msc.plots import film, render
+from msc.plots._camera import save_film
+from msc.plots._scene import Scene
+from msc.robot import forward_kinematics
 
 world = Workspace.obstacles()
 target = world.target(200)
@@ -50,7 +50,7 @@ def turning(n_steps=61):
     first, second, third = world.home
     turns = np.linspace(first, first + 1, n_steps)
     joints = np.array([(turn, second, third) for turn in turns])
-    path = chain(joints, world.link_lengths)[:, -1]
+    path = forward_kinematics(joints, world.link_lengths)[:, -1]
     return Rollout(joints, path, error=0.0, energy=0.0, contact_impulse=0.0)
 
 
@@ -117,10 +117,12 @@ def test_an_mp4_can_be_read_back(size, seen, tmp_path):
 def test_a_film_lasts_twice_as_long_as_the_movement_and_rests(tmp_path, monkeypatch):
     written = {}
     monkeypatch.setattr(
-        msc.camera, "film", lambda *_, n_frames: [*range(n_frames - 1), "last"]
+        msc.plots._camera, "film", lambda *_, n_frames: [*range(n_frames - 1), "last"]
     )
     monkeypatch.setattr(
-        msc.camera, "save_film", lambda frames, path: written.update({path: frames})
+        msc.plots._camera,
+        "save_film",
+        lambda frames, path: written.update({path: frames}),
     )
     rollout = turning(67)  # 1.1 s
     for name, moving, resting in (
@@ -146,7 +148,7 @@ def test_a_rollout_is_drawn_as_a_strip_of_six(tmp_path):
 
 
 def test_two_processes_write_the_same_bytes(tmp_path):
-    package = Path(msc.camera.__file__).parents[1]
+    package = Path(msc.plots._camera.__file__).parents[1]
     here, there = tmp_path / "here", tmp_path / "there"
     runs = [
         subprocess.Popen([sys.executable, "-c", WRITE, folder], cwd=package)
@@ -160,7 +162,7 @@ def test_two_processes_write_the_same_bytes(tmp_path):
 
 @pytest.mark.parametrize("name", ["arm.avi", "arm", "arm.gif.txt", "arm.PNGG"])
 def test_another_ending_is_refused(name, tmp_path, monkeypatch):
-    monkeypatch.setattr(msc.camera, "film", None)  # it must not come to that
+    monkeypatch.setattr(msc.plots._camera, "film", None)  # it must not come to that
     with pytest.raises(
         ValueError, match=r"out='arm.*'; wanted .*\.png, \.gif or \.mp4"
     ):
@@ -178,7 +180,7 @@ def test_a_film_that_fails_leaves_the_earlier_one(tmp_path, monkeypatch):
     broken = tmp_path / "broken"
     broken.write_text(BROKEN, "utf-8")
     broken.chmod(0o755)
-    monkeypatch.setattr(msc.camera, "get_ffmpeg_exe", lambda: str(broken))
+    monkeypatch.setattr(msc.plots._camera, "get_ffmpeg_exe", lambda: str(broken))
     with pytest.raises(OSError, match="no film was written: no room"):
         save_film(pictures(2), path)
     assert path.read_bytes() == b"earlier"
@@ -187,14 +189,14 @@ def test_a_film_that_fails_leaves_the_earlier_one(tmp_path, monkeypatch):
 
 def test_a_policy_may_be_written_with_exponents(tmp_path, monkeypatch, capsys):
     given = []
-    monkeypatch.setattr(msc.camera, "render", lambda *_: None)
-    execute = msc.arm.Arm.execute
+    monkeypatch.setattr(msc.plots._camera, "render", lambda *_: None)
+    execute = msc.robot._arm.Arm.execute
 
     def record(arm, policy, task):
         given.append(policy)
         return execute(arm, policy, task)
 
-    monkeypatch.setattr(msc.arm.Arm, "execute", record)
+    monkeypatch.setattr(msc.robot._arm.Arm, "execute", record)
     policy = ["-1e-3", "-2E+1", "-.5e1", "-3.", "1e1", "-0"]
     arguments = ["--task", "60", "--out", str(tmp_path / "arm.png")]
     assert main(["render", "--policy", *policy, *arguments]) == 0

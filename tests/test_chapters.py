@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from msc.chapters import run_chapters
-from msc.checks import unmet
-from msc.notebook import code_cells, complaints, parameters, read_notebook, source
+from press._chapters import run_chapters
+from press._checks import unmet
+from press._notebook import code_cells, complaints, parameters, read_notebook, source
 
 ROOT = Path(__file__).parents[1]
 CHAPTERS = sorted((ROOT / "book").glob("*.ipynb"))

@@ -8,13 +8,13 @@ import pytest
 import yaml
 from imagined import imagine
 
-from msc.book import pages
-from msc.claim_file import load_claims
-from msc.claims import judge_all, read_results, summarise
-from msc.claims_page import readings_markdown, table_markdown, write_claims
+from msc.claims import judge_all, load_claims, summarise, write_claims
+from msc.claims._judge import read_results
+from msc.claims._page import readings_markdown, table_markdown
+from msc.claims._verdicts import SYMBOLS, judge
 from msc.cli import main
-from msc.files import checksum
-from msc.verdicts import SYMBOLS, judge
+from press import checksum
+from press._book import pages
 
 ROOT = Path(__file__).parents[1]
 COMMITTED = ROOT / "data" / "results" / "claims.json"

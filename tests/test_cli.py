@@ -7,22 +7,23 @@ import sys
 import time
 from pathlib import Path
 
+import msc.camera
+import msc.cli_search
+import msc.cmaes
+import msc.dataset
 import numpy as np
 import pandas as pd
 import pytest
 from PIL import Image
 
-import msc.camera
 import msc.cli
-import msc.cli_search
-import msc.cmaes
-import msc.dataset
-import msc.survey
+import msc.search._constants
+from msc import load_dataset
 from msc.cli import main
-from msc.cli_options import check_output
-from msc.files import find_data
-from msc.journal import Journal
-from msc.tables import COLUMNS, load_dataset, save_table
+from msc.data import find_data, save_table
+from msc.data._tables import COLUMNS
+from msc.search._journal import Journal
+from press import check_output
 
 SEARCH = ["search", "--tasks", "2", "--jobs", "1"]
 ZERO = ["--policy", *"000000"]
@@ -30,17 +31,17 @@ ZERO = ["--policy", *"000000"]
 # A module whose search, cut short, finds two tasks and then waits for Ctrl-C.
 WAITING = """
 import time
-import msc.cmaes, msc.dataset
+import msc.search._cmaes, msc.search._sweep
 
-msc.cmaes.MAX_EVALUATIONS, msc.dataset.MAX_SWEEPS = 9, 1
-really = msc.dataset._search
+msc.search._cmaes.MAX_EVALUATIONS, msc.search._sweep.MAX_SWEEPS = 9, 1
+really = msc.search._sweep._search
 
 def search(plan, k, *arguments):
     if k >= 2:
         time.sleep(300)
     return really(plan, k, *arguments)
 
-msc.dataset._search = search
+msc.search._sweep._search = search
 """
 WAIT = "import sys, waiting; from msc.cli import main; sys.exit(main())"
 
@@ -48,10 +49,10 @@ WAIT = "import sys, waiting; from msc.cli import main; sys.exit(main())"
 DISK = 6000
 FULL = f"""
 import resource, sys
-import msc.cmaes, msc.dataset
+import msc.search._cmaes, msc.search._sweep
 from msc.cli import main
 
-msc.cmaes.MAX_EVALUATIONS, msc.dataset.MAX_SWEEPS = 9, 1
+msc.search._cmaes.MAX_EVALUATIONS, msc.search._sweep.MAX_SWEEPS = 9, 1
 resource.setrlimit(resource.RLIMIT_FSIZE, ({DISK}, {DISK}))
 sys.exit(main())
 """
@@ -65,8 +66,8 @@ def here(tmp_path, monkeypatch):
 
 @pytest.fixture
 def short(monkeypatch):
-    monkeypatch.setattr(msc.cmaes, "MAX_EVALUATIONS", 9)
-    monkeypatch.setattr(msc.dataset, "MAX_SWEEPS", 1)
+    monkeypatch.setattr(msc.search._cmaes, "MAX_EVALUATIONS", 9)
+    monkeypatch.setattr(msc.search._sweep, "MAX_SWEEPS", 1)
 
 
 @pytest.fixture(scope="module")
@@ -74,8 +75,8 @@ def whole(tmp_path_factory):
     """What a search that nothing cuts short writes, by name."""
     folder = tmp_path_factory.mktemp("whole")
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(msc.cmaes, "MAX_EVALUATIONS", 9)
-        patch.setattr(msc.dataset, "MAX_SWEEPS", 1)
+        patch.setattr(msc.search._cmaes, "MAX_EVALUATIONS", 9)
+        patch.setattr(msc.search._sweep, "MAX_SWEEPS", 1)
         command = ["search", "--tasks", "4", "--jobs", "1", "--out"]
         assert main([*command, str(folder / "free.csv")]) == 0
     return {file.name: file.read_bytes() for file in folder.iterdir()}
@@ -177,7 +178,7 @@ def test_a_search_on_a_full_disk_leaves_the_old_table_and_goes_on(short, whole, 
 
 def test_a_search_that_another_does_is_refused(short, monkeypatch, capsys):
     old = save_old_table(Path("free.csv"))
-    monkeypatch.setattr(msc.dataset, "search_policy", None)
+    monkeypatch.setattr(msc.search._sweep, "search_policy", None)
     with Journal(Path(".free.csv.partial"), "another plan"):
         assert main([*SEARCH, "--out", "free.csv"]) == 2
     err = capsys.readouterr().err
@@ -200,11 +201,11 @@ def test_what_was_found_survives_a_full_disk(short, monkeypatch, capsys):
         raise OSError(28, "No space left on device", "free.csv")
 
     with monkeypatch.context() as patch:
-        patch.setattr(msc.cli_search, "save_table", fail)
+        patch.setattr(msc.cli._search, "save_table", fail)
         assert main([*SEARCH, "--out", "free.csv"]) == 2
     assert "No space left on device: free.csv" in capsys.readouterr().err
     assert files() == [".free.csv.partial"]
-    monkeypatch.setattr(msc.dataset, "search_policy", None)
+    monkeypatch.setattr(msc.search._sweep, "search_policy", None)
     assert main([*SEARCH, "--out", "free.csv"]) == 0
 
 
@@ -213,7 +214,7 @@ BROKEN = [b"{", b"[]", b'{"resources": [{}]}', b"{}", b"\xff"]
 
 @pytest.mark.parametrize("content", BROKEN)
 def test_a_broken_data_package_is_named_before_the_search(content, monkeypatch, capsys):
-    monkeypatch.setattr(msc.dataset, "search_policy", None)
+    monkeypatch.setattr(msc.search._sweep, "search_policy", None)
     Path("new").mkdir()
     Path("new/datapackage.json").write_bytes(content)
     assert main([*SEARCH, "--out", "new/free.csv"]) == 2
@@ -269,9 +270,15 @@ def test_a_search_whose_worker_is_killed_goes_on_to_the_same_bytes(short, whole,
     ("work", "command"),
     [
         ("msc.study._try", ["evaluate", "--out-dir", "new"]),
-        ("msc.audit.search_policy", ["audit", str(find_data() / "free_test.csv")]),
-        ("msc.survey._walk", ["survey", "cut", "--out", "new/cut.json"]),
-        ("msc.survey._look_at", ["survey", "layout", "--out", "new/layout.json"]),
+        (
+            "msc.search._audit.search_policy",
+            ["audit", str(find_data() / "free_test.csv")],
+        ),
+        ("msc.search._constants._walk", ["survey", "cut", "--out", "new/cut.json"]),
+        (
+            "msc.search._constants._look_at",
+            ["survey", "layout", "--out", "new/layout.json"],
+        ),
     ],
 )
 def test_a_command_whose_worker_is_killed_says_so(work, command, monkeypatch, capfd):
@@ -301,7 +308,7 @@ def test_by_default_the_nearest_task_s_policy_is_drawn(monkeypatch, capsys):
     table = pd.DataFrame(np.zeros((4, len(COLUMNS))), columns=list(COLUMNS))
     table["task_deg"], table["winner"] = [0.0, 90.0, 180.0, 270.0], "start 0"
     save_table(table, Path("data/free.csv"), command="", seed=0)
-    monkeypatch.setattr(msc.camera, "render", lambda *_: None)
+    monkeypatch.setattr(msc.plots._camera, "render", lambda *_: None)
     for task, nearest in ((359, 0), (100, 90), (226, 270), (-80, 270), (720, 0)):
         assert main(["render", "--task", str(task), "--out", "arm.gif"]) == 0
         assert f"the policy searched for {nearest}° ends" in capsys.readouterr().out
@@ -320,7 +327,7 @@ def test_a_survey_writes_what_it_measured(constant, function, monkeypatch, capsy
         asked.update(options)
         return {"tie_deg": 70.2}
 
-    monkeypatch.setattr(msc.survey, function, measure)
+    monkeypatch.setattr(msc.search._constants, function, measure)
     arguments = ["--seed", "3", "--jobs", "1", "--out", "results/found.json"]
     assert main(["survey", constant, *arguments]) == 0
     assert json.loads(Path("results/found.json").read_text("utf-8")) == {
@@ -366,8 +373,11 @@ def test_a_survey_writes_what_it_measured(constant, function, monkeypatch, capsy
 def test_bad_input_is_named_in_a_sentence(
     arguments, complaint, here, monkeypatch, capfd
 ):
-    works = (msc.dataset, "search_tasks"), (msc.camera, "render")
-    works += (msc.survey, "locate_cut"), (msc.survey, "choose_layout")
+    works = (msc.search._sweep, "search_tasks"), (msc.plots._camera, "render")
+    works += (
+        (msc.search._constants, "locate_cut"),
+        (msc.search._constants, "choose_layout"),
+    )
     for module, work in works:
         monkeypatch.setattr(module, work, None)  # it must not come to that
     Path("folder.csv").mkdir()
@@ -401,7 +411,7 @@ def test_a_malformed_command_line_is_refused(arguments, complaint, capsys):
 
 
 def test_a_policy_may_have_any_sign(monkeypatch):
-    monkeypatch.setattr(msc.camera, "render", lambda *_: None)
+    monkeypatch.setattr(msc.plots._camera, "render", lambda *_: None)
     policy = ["-1", "2", "-3.5", "1e1", "-0", "-.5"]
     arguments = ["render", "--task", "-90", "--out", "arm.gif", "--policy", *policy]
     assert main(arguments) == 0

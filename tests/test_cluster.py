@@ -13,20 +13,20 @@ import time
 from contextlib import contextmanager
 from pathlib import Path
 
-import pytest
-
 import msc.cmaes
 import msc.dataset
-import msc.workers
+import pytest
+
+import msc.search._workers
 from msc.cli import main
-from msc.journal import Journal
+from msc.search._journal import Journal
 
 SEARCH = ["search", "--workspace", "obstacles", "--tasks", "4", "--jobs", "1"]
 N_WORKERS = 3
 README = Path(__file__).parents[1] / "README.md"
 
 # What a worker loads before it starts: short searches, or no msc at all.
-SHORT = "import msc.cmaes\nmsc.cmaes.MAX_EVALUATIONS = 45\n"
+SHORT = "import msc.search._cmaes\nmsc.cmaes.MAX_EVALUATIONS = 45\n"
 WITHOUT = """
 import sys
 
@@ -42,8 +42,8 @@ sys.meta_path.insert(0, Missing())
 @pytest.fixture(scope="module", autouse=True)
 def short():
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(msc.cmaes, "MAX_EVALUATIONS", 45)
-        patch.setattr(msc.dataset, "MAX_SWEEPS", 2)
+        patch.setattr(msc.search._cmaes, "MAX_EVALUATIONS", 45)
+        patch.setattr(msc.search._sweep, "MAX_SWEEPS", 2)
         yield
 
 
@@ -56,7 +56,7 @@ def here(tmp_path, monkeypatch):
 @contextmanager
 def process(folder, program, *arguments):
     """Run a program of Dask's in the background, its messages in a file."""
-    package = str(Path(msc.cmaes.__file__).parents[1])
+    package = str(Path(msc.search._cmaes.__file__).parents[1])
     environment = {"PYTHONPATH": package, "OMP_NUM_THREADS": "1"}
     with (folder / f"{program}.log").open("a", encoding="utf-8") as log:
         running = subprocess.Popen(
@@ -132,7 +132,9 @@ def contents(folder):
 
 def test_a_cluster_finds_what_one_process_finds(cluster, whole, here, monkeypatch):
     address, _ = cluster
-    monkeypatch.setattr(msc.cmaes, "MAX_EVALUATIONS", 0)  # nothing is searched here
+    monkeypatch.setattr(
+        msc.search._cmaes, "MAX_EVALUATIONS", 0
+    )  # nothing is searched here
     assert main([*SEARCH, "--dask", address, "--out", "new/table.csv"]) == 0
     assert contents(here / "new") == whole
 
@@ -275,8 +277,8 @@ def complaint(capfd):
 
 def test_where_no_scheduler_listens_the_address_is_named_soon(complaint, monkeypatch):
     pytest.importorskip("distributed")
-    assert msc.workers.PATIENCE <= 10
-    monkeypatch.setattr(msc.workers, "PATIENCE", 1)
+    assert msc.search._workers.PATIENCE <= 10
+    monkeypatch.setattr(msc.search._workers, "PATIENCE", 1)
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))  # and does not listen
         address = f"tcp://127.0.0.1:{free.getsockname()[1]}"

@@ -5,7 +5,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import bootstrap
 
-from msc.comparison import Comparison, Resamples, compare
+from msc.study import compare
+from msc.study._comparison import Comparison, Resamples
 
 rng = np.random.default_rng(0)
 difficulty = rng.lognormal(0, 2, size=60)  # of the task, for all methods alike

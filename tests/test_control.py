@@ -5,20 +5,21 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from msc.bullet import World
-from msc.control import TIME_STEP, Controller, Pursuit
-from msc.dynamics import coupled_inertias, joint_torques
-from msc.workspace import Workspace
+from msc import Workspace
+from msc.robot import TIME_STEP, joint_torques
+from msc.robot._bullet import BulletWorld
+from msc.robot._control import ComputedTorqueController, ControllerGains
+from msc.robot._dynamics import coupled_inertias
 
 free = Workspace.free()
 inertias = coupled_inertias(free.link_lengths, free.link_masses)
-unbounded = Controller(windup=np.inf, torque_limit=(np.inf, np.inf, np.inf))
+unbounded = ControllerGains(windup=np.inf, torque_limit=(np.inf, np.inf, np.inf))
 home = np.array(free.home)
 
 
 @pytest.fixture
 def world():
-    world = World(free, unbounded, 1)
+    world = BulletWorld(free, unbounded, 1)
     yield world
     world.close()
 
@@ -61,7 +62,9 @@ def test_an_error_dies_out_as_a_triple_pole_says(bandwidth, world):
 def test_without_an_error_the_torques_are_those_of_the_plan():
     time = TIME_STEP * np.arange(61)[:, None]
     plan = (home + np.array([1.0, -2.0, 1.5]) * time**2)[..., None]
-    pursuit = Pursuit(Controller(torque_limit=unbounded.torque_limit), plan, inertias)
+    pursuit = ComputedTorqueController(
+        ControllerGains(torque_limit=unbounded.torque_limit), plan, inertias
+    )
     for step in range(2, 59):
         speed = np.array([2.0, -4.0, 3.0])[:, None] * time[step]
         motion = plan[step], speed, np.array([[2.0], [-4.0], [3.0]])
@@ -79,8 +82,10 @@ states = st.tuples(*[st.tuples(*[numbers] * 3)] * 2)
 @settings(deadline=None)
 @given(states, st.floats(0, 100), st.tuples(*[st.floats(0.1, 50)] * 3))
 def test_no_torque_exceeds_its_limit(state, bandwidth, limit):
-    controller = Controller(bandwidth, torque_limit=limit)
-    pursuit = Pursuit(controller, np.tile(home[:, None], (9, 1, 1)), inertias)
+    controller = ControllerGains(bandwidth, torque_limit=limit)
+    pursuit = ComputedTorqueController(
+        controller, np.tile(home[:, None], (9, 1, 1)), inertias
+    )
     for step in range(8):
         torque = pursuit.torques(step, np.array(state)[..., None])
         assert (abs(torque[:, 0]) <= limit).all()
@@ -88,9 +93,9 @@ def test_no_torque_exceeds_its_limit(state, bandwidth, limit):
 
 @pytest.mark.parametrize("sign", [1, -1])
 def test_an_arm_that_is_held_up_pushes_no_harder_than_the_windup_allows(sign):
-    controller = Controller(torque_limit=unbounded.torque_limit)
+    controller = ControllerGains(torque_limit=unbounded.torque_limit)
     plan = np.tile((home + sign)[:, None], (121, 1, 1))
-    pursuit = Pursuit(controller, plan, inertias)
+    pursuit = ComputedTorqueController(controller, plan, inertias)
     held = np.array([home, np.zeros(3)])[..., None]
     pushes = np.array([pursuit.torques(step, held)[:, 0] for step in range(120)])
     rate = controller.bandwidth
@@ -103,11 +108,11 @@ def test_a_wound_up_integral_is_left_at_once():
     plan = np.tile((home + 1)[:, None], (121, 1, 1))
     held, beyond, there = np.zeros((3, 2, 3, 1))
     held[0, :, 0], beyond[0, :, 0], there[0, :, 0] = home, home + 3, home + 1
-    pursuit = Pursuit(Controller(), plan, inertias)
+    pursuit = ComputedTorqueController(ControllerGains(), plan, inertias)
     for step in range(120):
         pursuit.torques(step, held)
     pursuit.torques(120, beyond)
-    fresh = Pursuit(Controller(), plan, inertias)
+    fresh = ComputedTorqueController(ControllerGains(), plan, inertias)
     fresh.torques(0, beyond)
     assert (pursuit.torques(120, there) == fresh.torques(1, there)).all()
     assert fresh.torques(1, there).any()
@@ -115,7 +120,7 @@ def test_a_wound_up_integral_is_left_at_once():
 
 def test_each_arm_has_an_integral_of_its_own():
     plan = np.tile(home[:, None], (9, 1, 2))
-    pursuit = Pursuit(unbounded, plan, inertias)
+    pursuit = ComputedTorqueController(unbounded, plan, inertias)
     state = np.array([home, np.zeros(3)])[..., None] + [[[0.1, 0]] * 3, [[0, 0]] * 3]
     for step in range(8):
         torque = pursuit.torques(step, state)
@@ -126,4 +131,4 @@ def test_each_arm_has_an_integral_of_its_own():
 @pytest.mark.parametrize("name", ["bandwidth", "windup"])
 def test_a_truth_is_no_gain(name):
     with pytest.raises(ValueError, match=f"{name}=True; wanted a .* number from 0"):
-        Controller(**{name: True})
+        ControllerGains(**{name: True})

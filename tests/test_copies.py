@@ -7,11 +7,10 @@ from hypothesis import strategies as st
 from sklearn.metrics import adjusted_rand_score
 from sklearn.neighbors import NearestNeighbors
 
-import msc.smce
-from msc.copies import find_copies
-from msc.smce import SMCE
-from msc.spectral import within_chart_squares
-from msc.tables import load_dataset
+import msc.learn._smce
+from msc import SMCE, load_dataset
+from msc.learn import find_copies
+from msc.learn._spectral import within_cluster_ss
 
 pytestmark = pytest.mark.filterwarnings("ignore:The graph has")
 
@@ -227,8 +226,8 @@ def test_near_copies_change_no_number_of_charts():
 def test_points_without_copies_are_clustered_as_they_are(monkeypatch):
     X = load_dataset("free")[1]  # columns one after the other: sums differ by row
     one = charts(X, 20)
-    assert one.elbow_curve_[3] == within_chart_squares(X, one.labels_)
-    monkeypatch.setattr(msc.smce, "find_copies", lambda X: np.arange(len(X)))
+    assert one.elbow_curve_[3] == within_cluster_ss(X, one.labels_)
+    monkeypatch.setattr(msc.learn._smce, "find_copies", lambda X: np.arange(len(X)))
     other = charts(X, 20)
     for name in ("labels_", "objective_", "eigenvalues_", "elbow_curve_", "embedding_"):
         np.testing.assert_array_equal(getattr(one, name), getattr(other, name))

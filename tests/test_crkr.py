@@ -19,7 +19,8 @@ from sklearn.utils.estimator_checks import (
     parametrize_with_checks,
 )
 
-from msc.crkr import CrKR, _negative_log_likelihood
+from msc import CrKR
+from msc.learn._crkr import _negative_log_likelihood
 
 reference = np.load(Path(__file__).parent / "golden" / "crkr_uniform_cost.npz")
 

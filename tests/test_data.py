@@ -9,11 +9,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from msc.arm import Arm
-from msc.jumps import find_jumps
+from msc import Arm, Workspace, find_jumps, load_dataset
 from msc.search import cost
-from msc.tables import load_dataset
-from msc.workspace import Workspace
 
 ROOT = Path(__file__).parents[1]
 NAMES = ("free", "obstacles", "free_test", "obstacles_test")

@@ -7,36 +7,35 @@ from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
+import msc.cmaes
+import msc.dataset
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import msc.cmaes
-import msc.dataset
-import msc.search
+import msc.search._policy
+from msc import SearchResult, Workspace
 from msc.cli import main
-from msc.cmaes import Start
-from msc.dataset import Plan, grid, search_tasks
-from msc.journal import Journal
-from msc.search import SearchResult
-from msc.tables import COLUMNS
-from msc.workspace import Workspace
+from msc.data._tables import COLUMNS
+from msc.search import Plan, grid, search_tasks
+from msc.search._cmaes import CmaRun
+from msc.search._journal import Journal
 
 plan = Plan(Workspace.free(), grid(4), seed=0, n_starts=1)
 twofold = replace(plan, n_starts=2)
 
 # A module that cuts searches short, in worker processes too.
 BRIEF = """
-import msc.cmaes, msc.dataset
+import msc.search._cmaes, msc.search._sweep
 
-msc.cmaes.MAX_EVALUATIONS, msc.dataset.MAX_SWEEPS = 45, 2
-really = msc.dataset._search
+msc.search._cmaes.MAX_EVALUATIONS, msc.search._sweep.MAX_SWEEPS = 45, 2
+really = msc.search._sweep._search
 
 def search(*arguments):
     return really(*arguments)
 
-msc.dataset._search = search
+msc.search._sweep._search = search
 """
 
 
@@ -45,9 +44,9 @@ def in_short(patch):
 
     Of four tasks, two are searched first.
     """
-    patch.setattr(msc.cmaes, "MAX_EVALUATIONS", 9)
-    patch.setattr(msc.dataset, "MAX_SWEEPS", 1)
-    patch.setattr(msc.dataset, "COARSE_DEG", 180.0)
+    patch.setattr(msc.search._cmaes, "MAX_EVALUATIONS", 9)
+    patch.setattr(msc.search._sweep, "MAX_SWEEPS", 1)
+    patch.setattr(msc.search._sweep, "COARSE_DEG", 180.0)
 
 
 @pytest.fixture
@@ -66,7 +65,7 @@ def to_csv(table):
     return table.to_csv(index=False)
 
 
-def search_in_short(*arguments, really=msc.dataset._search):
+def search_in_short(*arguments, really=msc.search._sweep._search):
     """Search a task, in whatever process."""
     with pytest.MonkeyPatch.context() as patch:
         in_short(patch)
@@ -117,13 +116,13 @@ def test_a_table_has_one_row_a_task(whole, short):
 
 
 def test_two_workers_find_what_one_finds(whole, short, monkeypatch):
-    monkeypatch.setattr(msc.dataset, "_search", search_in_short)
+    monkeypatch.setattr(msc.search._sweep, "_search", search_in_short)
     assert to_csv(search_tasks(twofold, jobs=2)) == whole
 
 
 def test_a_task_s_own_search_does_not_depend_on_the_others(short, monkeypatch):
-    monkeypatch.setattr(msc.dataset, "MAX_SWEEPS", 0)
-    alone = msc.search.search_policy(plan.workspace, 180, seed=0, n_starts=2)
+    monkeypatch.setattr(msc.search._sweep, "MAX_SWEEPS", 0)
+    alone = msc.search._policy.search_policy(plan.workspace, 180, seed=0, n_starts=2)
     for n_tasks in (2, 4):
         table = search_tasks(replace(twofold, tasks_deg=grid(n_tasks)))
         row = table[table["task_deg"] == 180]
@@ -158,7 +157,7 @@ def made_up_search(depths):
         for number in range(n_before, n_before + n_starts):
             new.append((f"start {number}", (k + number) % depths.shape[1]))
         for name, basin in new:
-            starts.append(Start(name, behaviour(basin), float(depths[k, basin]), 9))
+            starts.append(CmaRun(name, behaviour(basin), float(depths[k, basin]), 9))
         best = min(starts, key=lambda start: start.cost)
         return SearchResult(task, best.policy, best.cost, 0.0, 0.0, 0.0, tuple(starts))
 
@@ -172,8 +171,8 @@ def test_the_best_behaviour_spreads_to_all_and_costs_only_fall(order, seed, coar
     depths = np.random.default_rng(seed).uniform(1, 2, size=(4, 4))
     depths[:, order[0]] -= 1
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(msc.dataset, "COARSE_DEG", coarse)
-        patch.setattr(msc.dataset, "search_policy", made_up_search(depths))
+        patch.setattr(msc.search._sweep, "COARSE_DEG", coarse)
+        patch.setattr(msc.search._sweep, "search_policy", made_up_search(depths))
         table = search_tasks(replace(plan, n_starts=4))
     assert (table["weight_x1"] == order[0]).all()
     np.testing.assert_array_equal(table["cost"], depths[:, order[0]])
@@ -181,14 +180,14 @@ def test_the_best_behaviour_spreads_to_all_and_costs_only_fall(order, seed, coar
 
 def test_the_pass_rests_when_nothing_spreads(monkeypatch):
     search = made_up_search(np.ones((4, 1)))
-    monkeypatch.setattr(msc.dataset, "search_policy", search)
+    monkeypatch.setattr(msc.search._sweep, "search_policy", search)
     search_tasks(plan)
     assert sorted(call[0] for call in search.calls) == sorted([0, 1, 2, 3] * 2)
 
 
 def test_a_winner_from_next_door_is_named_so(monkeypatch):
     depths = np.array([[1, 9, 9, 9], [1, 2, 9, 9], [9, 9, 1, 9], [1, 9, 9, 2]])
-    monkeypatch.setattr(msc.dataset, "search_policy", made_up_search(depths))
+    monkeypatch.setattr(msc.search._sweep, "search_policy", made_up_search(depths))
     winners = search_tasks(plan)["winner"].tolist()
     assert winners == ["start 0", "task before", "start 0", "task after"]
 
@@ -196,7 +195,7 @@ def test_a_winner_from_next_door_is_named_so(monkeypatch):
 @pytest.mark.parametrize(("n_tasks", "n_first"), [(72, 72), (144, 72), (145, 73)])
 def test_tasks_five_degrees_apart_are_searched_first(n_tasks, n_first, monkeypatch):
     search = made_up_search(np.ones((n_tasks, 1)))
-    monkeypatch.setattr(msc.dataset, "search_policy", search)
+    monkeypatch.setattr(msc.search._sweep, "search_policy", search)
     search_tasks(replace(plan, tasks_deg=grid(n_tasks), n_starts=3))
     coarse = range(0, n_tasks, n_tasks // 72)
     fine = sorted(set(range(n_tasks)) - set(coarse))
@@ -210,8 +209,8 @@ def test_tasks_five_degrees_apart_are_searched_first(n_tasks, n_first, monkeypat
 def test_tasks_between_start_from_what_was_made_consistent(monkeypatch):
     depths = np.array([[1, 9, 9, 9], [9, 9, 9, 9], [1, 9, 2, 9], [9, 9, 9, 9]])
     search = made_up_search(depths)  # task 2 finds basin 2, and 0 only from task 0
-    monkeypatch.setattr(msc.dataset, "search_policy", search)
-    monkeypatch.setattr(msc.dataset, "COARSE_DEG", 180.0)
+    monkeypatch.setattr(msc.search._sweep, "search_policy", search)
+    monkeypatch.setattr(msc.search._sweep, "COARSE_DEG", 180.0)
     search_tasks(plan)
     between = [call for call in search.calls if call[0] in (1, 3) and not call[3]]
     assert between == [(1, [0, 0], 1, False), (3, [0, 0], 1, False)]
@@ -219,9 +218,9 @@ def test_tasks_between_start_from_what_was_made_consistent(monkeypatch):
 
 def test_more_starts_are_spent_only_where_the_first_disagree(monkeypatch):
     search = made_up_search(np.tile([1.0, 2, 3], (4, 1)))
-    monkeypatch.setattr(msc.dataset, "search_policy", search)
-    monkeypatch.setattr(msc.dataset, "COARSE_DEG", 180.0)
-    monkeypatch.setattr(msc.dataset, "MAX_SWEEPS", 0)
+    monkeypatch.setattr(msc.search._sweep, "search_policy", search)
+    monkeypatch.setattr(msc.search._sweep, "COARSE_DEG", 180.0)
+    monkeypatch.setattr(msc.search._sweep, "MAX_SWEEPS", 0)
     table = search_tasks(replace(plan, n_starts=3))
     assert search.calls[2:] == [
         (1, [0, 0], 1, False),  # its start 0 finds basin 1
@@ -240,8 +239,8 @@ def test_a_guide_s_tasks_are_neighbours_known_from_the_beginning(monkeypatch):
     depths = np.array([[9, 1], [1, 9], [1, 9], [9, 9.0]])
     guide = tuple((angle, tuple(behaviour(1))) for angle in (300.0, 60.0))
     search = made_up_search(depths)
-    monkeypatch.setattr(msc.dataset, "search_policy", search)
-    monkeypatch.setattr(msc.dataset, "COARSE_DEG", 180.0)
+    monkeypatch.setattr(msc.search._sweep, "search_policy", search)
+    monkeypatch.setattr(msc.search._sweep, "COARSE_DEG", 180.0)
     table = search_tasks(replace(plan, n_starts=3, guide=guide))
     assert [call[:2] for call in search.calls if not call[3]] == [
         (k, [1, 1]) for k in range(4)
@@ -256,14 +255,14 @@ def test_a_guide_s_tasks_are_neighbours_known_from_the_beginning(monkeypatch):
 )
 def test_nothing_known_lies_between_a_task_and_its_neighbours(angles, task):
     known = [(float(angle), np.array([angle])) for angle in angles]
-    (before,), (after,) = msc.dataset._on_either_side(known, task)
+    (before,), (after,) = msc.search._sweep._on_either_side(known, task)
     for angle in angles:
         assert (task - before) % 360 <= (task - angle) % 360
         assert (after - task) % 360 <= (angle - task) % 360
 
 
 def test_where_nothing_is_known_there_are_no_neighbours():
-    assert msc.dataset._on_either_side([], 0.0) == ()
+    assert msc.search._sweep._on_either_side([], 0.0) == ()
 
 
 # Interrupted and gone on with
@@ -272,7 +271,7 @@ def test_where_nothing_is_known_there_are_no_neighbours():
 @pytest.mark.parametrize("n_done", [1, 4, 6])
 def test_an_interrupted_search_ends_alike(n_done, whole, short, tmp_path, monkeypatch):
     journal = tmp_path / "journal"
-    really, calls = msc.dataset._search, []
+    really, calls = msc.search._sweep._search, []
 
     def search(*arguments):
         calls.append(arguments)
@@ -280,7 +279,7 @@ def test_an_interrupted_search_ends_alike(n_done, whole, short, tmp_path, monkey
             raise KeyboardInterrupt
         return really(*arguments)
 
-    monkeypatch.setattr(msc.dataset, "_search", search)
+    monkeypatch.setattr(msc.search._sweep, "_search", search)
     with pytest.raises(KeyboardInterrupt):
         search_tasks(twofold, journal=journal)
     assert len(journal.read_text("utf-8").splitlines()) == 1 + n_done
@@ -291,7 +290,7 @@ def test_an_interrupted_search_ends_alike(n_done, whole, short, tmp_path, monkey
 
 def test_a_finished_journal_is_all_it_takes(whole, short, tmp_path, monkeypatch):
     search_tasks(twofold, journal=tmp_path / "journal")
-    monkeypatch.setattr(msc.dataset, "search_policy", None)
+    monkeypatch.setattr(msc.search._sweep, "search_policy", None)
     assert to_csv(search_tasks(twofold, journal=tmp_path / "journal")) == whole
 
 
@@ -319,8 +318,8 @@ def test_a_search_killed_at_any_moment_goes_on_to_the_same_bytes(
     groups, tmp_path, monkeypatch
 ):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(msc.cmaes, "MAX_EVALUATIONS", 45)
-    monkeypatch.setattr(msc.dataset, "MAX_SWEEPS", 2)
+    monkeypatch.setattr(msc.search._cmaes, "MAX_EVALUATIONS", 45)
+    monkeypatch.setattr(msc.search._sweep, "MAX_SWEEPS", 2)
     arguments = ["search", "--workspace", "obstacles", "--tasks", "4", "--seed", "3"]
     lines = []
     append = Journal.append

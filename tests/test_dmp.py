@@ -7,8 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import msc.dmp
-from msc.dmp import DMP
+import msc.robot._dmp
+from msc import DMP
 
 GOLDEN = Path(__file__).parent / "golden"
 CASES = ("zero", "rand1", "gx_equals_x0x")
@@ -145,7 +145,7 @@ def test_a_policy_that_is_not_finite_is_refused(value):
     "bad", [[], [0.5, 0.2], [0.0, 0.0], [-0.1, 0.0], [0.0, np.nan], [0.0, np.inf]]
 )
 def test_times_that_do_not_ascend_are_refused(bad, monkeypatch):
-    monkeypatch.setattr(msc.dmp, "solve_ivp", None)  # which would never end
+    monkeypatch.setattr(msc.robot._dmp, "solve_ivp", None)  # which would never end
     with pytest.raises(ValueError, match="times: wanted ascending times"):
         path(np.zeros(6), bad)
 
@@ -189,7 +189,9 @@ SLOWEST = (1e4, 0.01, 100.0, 100.0, 100)  # of all corners
 def draw(seed):
     """Draw constants within their bounds, evenly in their logarithms."""
     rng = np.random.default_rng(seed)
-    drawn = [np.exp(rng.uniform(*np.log(pair))) for pair in msc.dmp._BOUNDS.values()]
+    drawn = [
+        np.exp(rng.uniform(*np.log(pair))) for pair in msc.robot._dmp._BOUNDS.values()
+    ]
     return *(float(value) for value in drawn), int(rng.integers(2, 101))
 
 
@@ -241,7 +243,7 @@ def test_a_number_of_basis_functions_beyond_sense_is_refused(n_basis):
 
 @pytest.mark.parametrize("last", [20.1, 1e6, 1e308])
 def test_times_long_after_the_movement_are_refused(last, monkeypatch):
-    monkeypatch.setattr(msc.dmp, "solve_ivp", None)
+    monkeypatch.setattr(msc.robot._dmp, "solve_ivp", None)
     with pytest.raises(ValueError, match=r"times: the last is .*; wanted at most 20 "):
         path(np.zeros(6), [0.0, last])
 

@@ -3,10 +3,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from msc.arm import Arm
-from msc.bullet import load_pybullet
-from msc.dynamics import coupled_inertias, joint_torques, rod_inertia
-from msc.workspace import Workspace
+from msc import Arm, Workspace
+from msc.robot import joint_torques
+from msc.robot._bullet import load_pybullet
+from msc.robot._dynamics import coupled_inertias, rod_inertia
 
 free = Workspace.free()
 inertias = coupled_inertias(free.link_lengths, free.link_masses)

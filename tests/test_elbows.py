@@ -7,10 +7,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from msc.elbow_parts import FROM_POLICIES, choose_reading, measure_elbows, most_picked
-from msc.elbows import READINGS, read_elbows
-from msc.smce import SMCE
-from msc.spectral import elbow, knee
+from msc import SMCE
+from msc.learn import (
+    READINGS,
+    choose_reading,
+    elbow,
+    measure_elbows,
+    most_picked,
+    read_elbows,
+)
+from msc.learn._elbow_parts import FROM_POLICIES
+from msc.learn._spectral import knee
 
 tasks = np.linspace(0, 2 * np.pi, 48, endpoint=False)[:, None]
 offsets = 40 * np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]])

@@ -12,12 +12,13 @@ from markdown_it import MarkdownIt
 from matplotlib.figure import Figure
 from test_book import CLAIM, add_claims, make_book
 
-from msc.book import build_book
-from msc.claim_file import load_claims
-from msc.escapes import code, fenced, label, paragraph, plain
-from msc.notebook import read_notebook, write_notebook
-from msc.print_book import one_page
-from msc.scrubber import Panel, Scrubber
+from msc.claims import load_claims
+from msc.plots._slider import Panel, Slider
+from press import label, paragraph, plain
+from press._book import build_book
+from press._markdown import code, fenced
+from press._notebook import read_notebook, write_notebook
+from press._print import one_page
 
 EVIL = "<script>alert(1)</script><img src=x onerror=alert(1)>"
 ODD = (
@@ -166,7 +167,7 @@ def test_text_is_shown_as_it_is(text):
 
 @given(MARKS)
 def test_a_scrubber_s_words_end_no_script(text):
-    sliders = Scrubber(
+    sliders = Slider(
         text, [text], [text], [Panel(text, (0, 1), (0, 1), [])], Figure(), text,
         legend={text: text},
     )  # fmt: skip

@@ -2,11 +2,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from msc.arm import Arm
-from msc.evaluation import Experiment
+from msc import Arm
+from msc.data import WEIGHTS, save_table
+from msc.data._tables import COLUMNS
 from msc.search import cost
-from msc.tables import COLUMNS, WEIGHTS, save_table
-from msc.trial import READINGS
+from msc.study import Experiment
+from msc.study._trial import READINGS
 
 GRID, TEST = np.arange(0, 360, 15.0), np.array([5.0, 95.0, 170.0, 200.0, 292.0])
 METHODS = ["charts", "single regression", "CrKr", "nearest neighbour"]

@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from msc import find_jumps, methods
+from msc import find_jumps
+from msc.study import _methods as methods
 
 PAGE = (Path(__file__).parents[1] / "book" / "extend.md").read_text(encoding="utf-8")
 BLOCKS = re.findall(r"^```python\n(.*?)^```", PAGE, re.M | re.S)
@@ -46,7 +47,7 @@ def test_the_searched_workspace_is_the_one_told(ran):
 def test_the_change_of_the_list_of_methods_fits_it():
     """Make the change that the page shows, and ask the changed module."""
     source = Path(methods.__file__).read_text(encoding="utf-8")
-    assert DIFF[1] == "msc/methods.py"
+    assert DIFF[1] == "msc/study/_methods.py"
     for hunk in DIFF[2].split("@@\n")[1:]:
         lines = hunk.splitlines()
         before = "\n".join(line[1:] for line in lines if line[:1] != "+")

@@ -8,8 +8,8 @@ from sklearn.base import BaseEstimator, ClusterMixin
 from sklearn.model_selection import KFold, cross_val_score
 from sklearn.neighbors import KNeighborsClassifier
 
-from msc.gates import average_gates, compare_gates
-from msc.skill import _GATES
+from msc.learn import average_gates, compare_gates
+from msc.learn._skill import _GATES
 
 tasks = np.linspace(0, 2 * np.pi, 40, endpoint=False)[:, None]
 policies = np.c_[np.sin(tasks), np.cos(tasks)]

@@ -10,9 +10,9 @@ from sklearn.base import clone
 from sklearn.cluster import KMeans
 from sklearn.linear_model import LinearRegression
 
-from msc.crkr import CrKR
-from msc.gaussian import gaussian_process, warn_of_scale
-from msc.skill import ParameterizedSkill
+from msc import CrKR, ParameterizedSkill
+from msc.learn import gaussian_process
+from msc.learn._gaussian import warn_of_scale
 
 TURN = 2 * np.pi
 ROUND = 15.0 * np.arange(24)[:, None]  # degrees

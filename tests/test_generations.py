@@ -3,14 +3,13 @@
 import numpy as np
 import pytest
 
-import msc.cmaes
-from msc.arm import Arm
-from msc.generations import record_search
-from msc.geometry import chain
-from msc.plots_generations import plot_generations, square_around
-from msc.plots_generations_scrubber import N_STEPS, scrub_generations
-from msc.search import cost, search_policy
-from msc.workspace import Workspace
+import msc.search._cmaes
+from msc import Arm, Workspace, search_policy
+from msc.plots import plot_generations, slide_generations
+from msc.plots._generations import square_around
+from msc.plots._generations_slider import N_STEPS
+from msc.robot import forward_kinematics
+from msc.search import cost, record_search
 
 world = Workspace.obstacles()
 TASK = 120
@@ -19,7 +18,7 @@ TASK = 120
 @pytest.fixture(scope="module", autouse=True)
 def few_evaluations():
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(msc.cmaes, "MAX_EVALUATIONS", 170)  # 19 times nine
+        patch.setattr(msc.search._cmaes, "MAX_EVALUATIONS", 170)  # 19 times nine
         yield
 
 
@@ -70,7 +69,7 @@ def test_the_picture_has_a_line_a_start_and_a_panel_a_generation(recordings):
 
 def test_the_slider_goes_from_the_first_generation_to_the_last(recordings):
     run = recordings[0]
-    slider = scrub_generations(world, TASK, run)
+    slider = slide_generations(world, TASK, run)
     assert slider.labels[0] == "generation 1"
     assert slider.labels[-1] == f"generation {len(run.costs)}"
     assert len(slider.labels) <= N_STEPS + 12
@@ -79,7 +78,7 @@ def test_the_slider_goes_from_the_first_generation_to_the_last(recordings):
 
 def test_the_slider_marks_the_cheapest_of_a_generation(recordings):
     run = recordings[0]
-    slider = scrub_generations(world, TASK, run)
+    slider = slide_generations(world, TASK, run)
     _, costs, weights = slider.panels
     cheapest = costs.marks[-1].points[7][0]
     assert cheapest[1] == np.log10(run.costs[7].min())
@@ -101,9 +100,9 @@ def test_the_square_holds_goals_obstacles_and_arm():
 
 def test_movements_are_drawn_where_the_arm_was(recordings):
     run = recordings[0]
-    slider = scrub_generations(world, TASK, run)
+    slider = slide_generations(world, TASK, run)
     best = run.costs[3].argmin()
-    arm = chain(run.joints[3, best, -1], world.link_lengths)
+    arm = forward_kinematics(run.joints[3, best, -1], world.link_lengths)
     shown = [mark.points[3] for mark in slider.panels[0].marks if mark.varies == "step"]
     np.testing.assert_array_equal(shown[0], arm)
     assert len(shown) == 1 + 9

@@ -4,18 +4,19 @@ import numpy as np
 import pytest
 from sklearn.neighbors import NearestNeighbors
 
-from msc.plots_graph import (
-    edges,
+from msc import SMCE
+from msc.data import make_two_arcs
+from msc.plots import (
     plot_affinity,
     plot_clusterings,
-    plot_graph,
     plot_reconstruction,
+    slide_charts,
+    slide_regularization,
 )
-from msc.plots_graph_scrubber import MAX_CHARTS, scrub_charts, scrub_regularization
-from msc.smce import SMCE
-from msc.toys import near_curves
+from msc.plots._graph import edges, plot_graph
+from msc.plots._graph_slider import MAX_CHARTS
 
-points, curves = near_curves()
+points, curves = make_two_arcs()
 
 
 @pytest.fixture(scope="module")
@@ -34,7 +35,7 @@ def test_the_curves_come_nearer_than_their_points_are():
 @pytest.mark.parametrize(("n_points", "gap"), [(2, 0.1), (9, 0.0)])
 def test_too_few_points_or_no_gap_are_refused(n_points, gap):
     with pytest.raises(ValueError, match=rf"n_points={n_points}, gap={gap}; wanted"):
-        near_curves(n_points, gap)
+        make_two_arcs(n_points, gap)
 
 
 def test_edges_are_the_pairs_of_the_affinity(smce):
@@ -80,7 +81,7 @@ def test_the_graph_has_a_line_an_edge(smce):
 
 
 def test_the_slider_over_regularisation_tells_what_each_graph_is(smce):
-    slider = scrub_regularization(points, curves, [0, 10, 1000], first=1)
+    slider = slide_regularization(points, curves, [0, 10, 1000], first=1)
     nothing, usual, most = slider.captions
     assert "in one piece. Charts and curves differ" in nothing
     assert f"λ = 10: {len(edges(smce))} edges" in usual
@@ -96,7 +97,7 @@ def test_the_slider_over_regularisation_tells_what_each_graph_is(smce):
 def slider():
     angle = np.linspace(0, 2 * np.pi, 60, endpoint=False)
     policies = np.c_[np.cos(angle), np.sin(angle), angle // np.pi]
-    return scrub_charts(angle[:, None], policies, 2)
+    return slide_charts(angle[:, None], policies, 2)
 
 
 def test_the_slider_over_charts_cuts_into_as_many(slider):

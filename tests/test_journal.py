@@ -10,12 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-import msc.journal
-from msc.cmaes import Start
-from msc.dataset import Plan, grid
-from msc.journal import Journal
-from msc.search import SearchResult
-from msc.workspace import Workspace
+import msc.search._journal
+from msc import SearchResult, Workspace
+from msc.search import Plan, grid
+from msc.search._cmaes import CmaRun
+from msc.search._journal import Journal
 
 plan = Plan(Workspace.free(), grid(4), seed=0, n_starts=1)
 
@@ -40,7 +39,7 @@ def path(tmp_path):
 def result(seed=0):
     rng = np.random.default_rng(seed)
     starts = tuple(
-        Start(f"start {k}", rng.normal(size=6), float(rng.normal()), 9 * k, k - 1)
+        CmaRun(f"start {k}", rng.normal(size=6), float(rng.normal()), 9 * k, k - 1)
         for k in range(2)
     )
     return SearchResult(7.5, starts[0].policy, *rng.normal(size=4).tolist(), starts)
@@ -205,12 +204,12 @@ def test_another_plan_is_begun_anew(other, path):
     assert not read(path)
 
 
-@pytest.mark.parametrize("name", msc.journal._CODE)
+@pytest.mark.parametrize("name", msc.search._journal.CODE)
 def test_other_code_is_begun_anew(name, path, tmp_path, monkeypatch):
     package = tmp_path / "msc"
     write(path)
-    shutil.copytree(Path(msc.journal.__file__).parent, package)
-    monkeypatch.setattr(msc.journal, "__file__", str(package / "journal.py"))
+    shutil.copytree(Path(msc.search._journal.__file__).parent, package)
+    monkeypatch.setattr(msc.search._journal, "__file__", str(package / "journal.py"))
     assert read(path)
     with (package / f"{name}.py").open("a", encoding="utf-8") as file:
         file.write("# changed\n")

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from msc.jumps import find_jumps
+from msc import find_jumps
 
 tasks = np.linspace(0, 2 * np.pi, 72, endpoint=False)
 smooth = np.c_[np.sin(tasks), np.cos(tasks), np.sin(2 * tasks)]

@@ -3,9 +3,9 @@ import pytest
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
-from msc.geometry import chain
-from msc.kinematics import DAMPING, MAX_JOINT_STEP, follow_path
-from msc.workspace import Workspace
+from msc import Workspace
+from msc.robot import forward_kinematics, inverse_kinematics
+from msc.robot._kinematics import DAMPING, MAX_JOINT_STEP
 
 HOME, LENGTHS = Workspace.home, Workspace.link_lengths
 
@@ -15,11 +15,11 @@ properties = settings(max_examples=50, deadline=None)
 
 
 def tip(joints):
-    return chain(joints, LENGTHS)[..., -1, :]
+    return forward_kinematics(joints, LENGTHS)[..., -1, :]
 
 
 def follow(path):
-    return follow_path(path, HOME, LENGTHS)
+    return inverse_kinematics(path, HOME, LENGTHS)
 
 
 def triples(size):
@@ -40,7 +40,7 @@ def test_paths_within_reach_are_followed_to_a_millimetre(turn):
 @given(st.tuples(st.floats(-0.05, 0.05), st.floats(-0.05, 0.05)), triples(3.0))
 def test_a_step_is_damped_least_squares(error, pose):
     origin = tip(pose)
-    after = follow_path([origin, origin + error], pose, LENGTHS)[1]
+    after = inverse_kinematics([origin, origin + error], pose, LENGTHS)[1]
     heading = np.cumsum(pose)
     links = np.array(LENGTHS) * np.exp(1j * heading)
     columns = 1j * np.cumsum(links[::-1])[::-1]

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from msc.journal import _CODE
+from msc.search._journal import CODE
 
 PACKAGE = Path(__file__).parents[1] / "msc"
 
@@ -221,4 +221,4 @@ def test_a_journal_knows_all_the_code_that_a_search_depends_on():
             "files",
             "tables",
         }  # they keep what is found, and change nothing
-    assert set(_CODE) == found
+    assert set(CODE) == found

@@ -8,10 +8,18 @@ import numpy as np
 import pytest
 from vision import VISIONS, closest, closest_in_grey, contrast, distance, lab
 
-from msc.looks import CHART_COLOURS, CHART_MARKERS, COLOURS, COUNTS, LOOKS, TRIO, WORLDS
-from msc.methods import COMMON
-from msc.plots_scrubber import WAYS
-from msc.plots_study import PAPER
+from msc.plots import LOOKS
+from msc.plots._execution import WAYS
+from msc.plots._study import PAPER
+from msc.plots._style import (
+    CHART_COLOURS,
+    CHART_MARKERS,
+    COLOURS,
+    COUNTS,
+    TRIO,
+    WORLDS,
+)
+from msc.study._methods import COMMON
 
 APART = 20  # CIELAB; ten times what is just noticeable: apart without comparing
 APART_IN_GREY = 10  # of 100 steps from black to white

@@ -18,18 +18,10 @@ from sklearn.metrics import adjusted_rand_score
 from sklearn.svm import SVC
 from sklearn.utils.estimator_checks import parametrize_with_checks
 
-from msc.crkr import CrKR
-from msc.gaussian import gaussian_process
-from msc.methods import (
-    COMMON,
-    METHODS,
-    VARIANTS,
-    LinearInterpolation,
-    fit_methods,
-    methods,
-)
-from msc.skill import ParameterizedSkill
-from msc.smce import SMCE
+from msc import SMCE, CrKR, ParameterizedSkill
+from msc.learn import gaussian_process
+from msc.study import fit_methods, methods
+from msc.study._methods import COMMON, METHODS, VARIANTS, LinearInterpolation
 
 rng = np.random.default_rng(0)
 tasks = np.sort(rng.uniform(0, 2 * np.pi, 14))[:, None]

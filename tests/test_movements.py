@@ -2,10 +2,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import msc.movements
-from msc.geometry import chain
-from msc.movements import Movements
-from msc.plots_movements import SIDES, plot_breaks, plot_tasks
+import msc.plots._executed
+from msc.plots import Movements, plot_breaks, plot_tasks
+from msc.plots._movements import SIDES
+from msc.robot import forward_kinematics
 from msc.search import cost
 
 DEGREES = np.arange(0.0, 360.0, 15.0)
@@ -20,7 +20,7 @@ def movements():
     table = pd.DataFrame({"task_deg": DEGREES})
     with pytest.MonkeyPatch.context() as patch:
         found = np.deg2rad(DEGREES)[:, None], policies, table
-        patch.setattr(msc.movements, "load_dataset", lambda _: found)
+        patch.setattr(msc.plots._executed, "load_dataset", lambda _: found)
         return Movements("obstacles")
 
 
@@ -30,7 +30,9 @@ def test_gaps_are_the_largest_distances_of_joints_at_the_same_time(movements):
         largest = 0.0
         pair = movements.rollouts[one].joints, movements.rollouts[two].joints
         for joints, others in zip(*pair, strict=True):
-            apart = chain(joints, lengths) - chain(others, lengths)
+            apart = forward_kinematics(joints, lengths) - forward_kinematics(
+                others, lengths
+            )
             largest = max(largest, *np.hypot(*apart.T))
         assert movements.gaps[one] == pytest.approx(largest)
     assert movements.gaps.shape == DEGREES.shape

@@ -8,9 +8,8 @@ import pytest
 import tqdm.std
 from sklearn.base import BaseEstimator, RegressorMixin
 
-import msc.crkr
-from msc.crkr import CrKR
-from msc.skill import ParameterizedSkill
+import msc.learn._crkr
+from msc import CrKR, ParameterizedSkill
 
 clock = [0.0]
 
@@ -116,8 +115,8 @@ def test_tuning_tells_too(screen, monkeypatch):
         clock[0] += 5.0
         return minimize(*arguments, **options)
 
-    minimize = msc.crkr.minimize
-    monkeypatch.setattr(msc.crkr, "minimize", slow)
+    minimize = msc.learn._crkr.minimize
+    monkeypatch.setattr(msc.learn._crkr, "minimize", slow)
     X = np.linspace(0, 6, 12)[:, None]
     shown = screen()
     CrKR(tune=True).fit(X, np.sin(X))

@@ -15,15 +15,16 @@ from hypothesis import given
 from hypothesis import strategies as st
 from settings import CHAPTERS, DECLARED, ONCE_DIED, draw_settings
 
-from msc import book
-from msc.chapters import BookError, Chapter, run_chapters, run_tool
-from msc.checks import WORDS, expect, unmet
 from msc.cli import main
-from msc.environment import environment
-from msc.notebook import code_cells, read_notebook, source, tags, write_notebook
-from msc.record import Record
-from msc.reference import parameters_markdown
-from msc.schema import Parameter, check, check_parameters, declared, resolve
+from press import BookError, check_parameters, expect
+from press import _book as book
+from press._chapters import Chapter, run_chapters, run_tool
+from press._checks import WORDS, unmet
+from press._environment import environment
+from press._notebook import code_cells, read_notebook, source, tags, write_notebook
+from press._parameters import Parameter, check, declared, resolve
+from press._record import Record
+from press._reference import parameters_markdown
 
 ROOT = Path(__file__).parents[1]
 CACHE = ROOT / "_build" / "cache"

@@ -4,10 +4,11 @@ import numpy as np
 import pytest
 from figures import experiment
 
-from msc.looks import COLOURS
-from msc.plots import METHODS, plot_execution, plot_manifold
-from msc.plots_scrubber import find_median, scrub_execution
-from msc.plots_study import name_measure
+from msc.plots import plot_execution, plot_manifold, slide_execution
+from msc.plots._execution import find_median
+from msc.plots._figures import METHODS
+from msc.plots._study import name_measure
+from msc.plots._style import COLOURS
 
 
 @pytest.fixture(scope="module")
@@ -52,7 +53,7 @@ def test_residuals_stand_below_a_dimension_that_is_alone(found):
 
 
 def test_the_slider_opens_at_the_median_task(found):
-    scrubber = scrub_execution(found, every=10)
+    scrubber = slide_execution(found, every=10)
     errors = found.executed_by_method("error_cm")["single regression"].to_numpy()[::10]
     below = (errors < errors[scrubber.first]).sum()
     assert below == (len(errors) - 1) // 2

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from msc.elbows import READINGS
-from msc.plots_charts import elbow_table, gate_table, plot_elbows
+from msc.learn import READINGS
+from msc.plots import elbow_table, gate_table, plot_elbows
 
 
 def measured(world, picked, resampled, n_counts=6):

@@ -7,13 +7,17 @@ import numpy as np
 import pytest
 
 from msc import DMP, Arm, ParameterizedSkill, Workspace
-from msc.geometry import chain
-from msc.looks import CHART_COLOURS, COLOURS, GOAL, TRIO
-from msc.plots_arm import plot_followed, plot_weights, poses_at
-from msc.plots_curves import plot_rivals
-from msc.plots_predicted import scrub_predictions
-from msc.plots_skill import plot_composition
-from msc.plots_weights import scrub_weight
+from msc.plots import (
+    plot_composition,
+    plot_followed,
+    plot_rivals,
+    plot_weights,
+    slide_predictions,
+    slide_weight,
+)
+from msc.plots._arm import poses_at
+from msc.plots._style import CHART_COLOURS, COLOURS, GOAL, TRIO
+from msc.robot import forward_kinematics
 from msc.search import cost
 
 TASK = 60.0
@@ -63,9 +67,11 @@ def drawn(axis, colour):
 def test_every_pose_reaches_the_place_and_no_two_are_alike(place):
     world = Workspace.free()
     joints = poses_at(world, place, 12)
-    ends = chain(joints, world.link_lengths)[:, -1]
+    ends = forward_kinematics(joints, world.link_lengths)[:, -1]
     np.testing.assert_allclose(ends, np.tile(place, (len(joints), 1)), atol=1e-12)
-    poses = chain(joints, world.link_lengths).round(6).reshape(len(joints), -1)
+    poses = (
+        forward_kinematics(joints, world.link_lengths).round(6).reshape(len(joints), -1)
+    )
     assert len(np.unique(poses, axis=0)) == len(joints) >= 2
 
 
@@ -78,7 +84,7 @@ def test_each_weight_bends_the_path_to_either_side():
     top, low, plane = plot_weights(world, TASK, 10.0).axes
     shares = np.array([line.get_ydata() for line in top.lines])
     np.testing.assert_allclose(shares.sum(axis=0), 1)
-    ends = chain(world.home, world.link_lengths)[-1], world.target(TASK)
+    ends = forward_kinematics(world.home, world.link_lengths)[-1], world.target(TASK)
     times = np.linspace(0, 1, 101)
     for k, colour in enumerate(TRIO):
         weights = 10 * np.eye(6)[k]
@@ -103,7 +109,7 @@ def test_planned_and_executed_ways_lie_beneath_each_other(arm):
 
 def test_the_slider_changes_one_weight_alone(arm):
     base = np.arange(6.0)
-    scrubber = scrub_weight(arm, base, TASK, 4, CHANGES)
+    scrubber = slide_weight(arm, base, TASK, 4, CHANGES)
     for change, caption in zip(CHANGES, scrubber.captions, strict=True):
         rollout = arm.execute(base + change * np.eye(6)[4], TASK)
         assert caption == (
@@ -123,7 +129,7 @@ def test_the_slider_changes_one_weight_alone(arm):
 @pytest.mark.parametrize("weight", [-1, 6])
 def test_a_weight_that_is_not_there_is_refused(arm, weight):
     with pytest.raises(ValueError, match=rf"weight={weight}; wanted one from 0 to 5"):
-        scrub_weight(arm, np.zeros(6), TASK, weight, CHANGES)
+        slide_weight(arm, np.zeros(6), TASK, weight, CHANGES)
 
 
 def test_the_composition_marks_the_task_in_every_panel(arm, trained):
@@ -173,7 +179,7 @@ def test_dragging_a_task_shows_its_chart_and_what_is_left(arm, trained):
     tasks, policies, skill = trained
     single = ParameterizedSkill(None).fit(tasks, policies)
     learners = {"charts": skill, "single regression": single}
-    scrubber = scrub_predictions(
+    scrubber = slide_predictions(
         learners,
         tasks,
         policies,

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from msc.claims import VERDICTS
-from msc.claims_page import summary_markdown, with_summary
+from msc.claims import VERDICTS, with_summary
+from msc.claims._page import summary_markdown
 
 ROOT = Path(__file__).parents[1]
 README = (ROOT / "README.md").read_text(encoding="utf-8")

@@ -1,22 +1,22 @@
 """The programs of all points against one solver call per point, of another solver."""
 
 import cvxpy as cp
+import msc.interior
 import numpy as np
 import pytest
 from scipy.spatial.distance import cdist
 
-import msc.interior
-import msc.reconstruction
-from msc.interior import minimize_programs
-from msc.reconstruction import reconstruct
-from msc.tables import load_dataset
+import msc.learn._reconstruction
+from msc import load_dataset
+from msc.learn import reconstruct
+from msc.learn._interior import solve_qps
 
 
 @pytest.fixture(params=["few", "many"])
 def solver(request, monkeypatch):
     """Whether programs are stated to cvxpy or solved by the interior point method."""
     if request.param == "many":
-        monkeypatch.setattr(msc.reconstruction, "_FEW", 0)
+        monkeypatch.setattr(msc.learn._reconstruction, "_FEW", 0)
 
 
 SHAPES = [  # points, features, neighbours
@@ -120,7 +120,7 @@ def test_chunks_change_nothing(chunk, monkeypatch, solver):
     X, neighbors = sample(0, 30, 3, 8)
     arguments = {"regularization": 10.0, "is_normalized": True}
     whole = reconstruct(X, neighbors, **arguments)
-    monkeypatch.setattr(msc.reconstruction, "_CHUNK", chunk)
+    monkeypatch.setattr(msc.learn._reconstruction, "_CHUNK", chunk)
     parts = reconstruct(X, neighbors, **arguments)
     assert [part.shape for part in parts] == [(30, 8), (30, 8), (30,)]
     np.testing.assert_array_equal(parts[1], whole[1])
@@ -129,7 +129,7 @@ def test_chunks_change_nothing(chunk, monkeypatch, solver):
 
 
 def test_a_chunk_of_copies_alone_needs_no_solver(monkeypatch):
-    monkeypatch.setattr(msc.reconstruction, "_solve", None)
+    monkeypatch.setattr(msc.learn._reconstruction, "_solve", None)
     coef, _, objective = reconstruct(
         np.ones((4, 2)),
         np.array([[1, 2], [0, 2], [0, 1], [0, 1]]),
@@ -154,16 +154,18 @@ def test_both_ways_find_the_same_optima(
     X, neighbors = sample(1, 40, 4, 12)
     arguments = (scale * X, neighbors, regularization, is_normalized)
     stated = objectives(*arguments)
-    monkeypatch.setattr(msc.reconstruction, "_FEW", 0)
+    monkeypatch.setattr(msc.learn._reconstruction, "_FEW", 0)
     np.testing.assert_allclose(objectives(*arguments), stated, rtol=1e-7, atol=1e-18)
 
 
 def test_what_cannot_be_certified_goes_to_cvxpy(monkeypatch):
     X, neighbors = sample(2, 40, 4, 12)
     stated = objectives(X, neighbors, 10.0, True)
-    monkeypatch.setattr(msc.reconstruction, "_FEW", 0)
-    monkeypatch.setattr(msc.interior, "_STEPS", 9)  # some are done by then, some not
-    coef = minimize_programs(
+    monkeypatch.setattr(msc.learn._reconstruction, "_FEW", 0)
+    monkeypatch.setattr(
+        msc.learn._interior, "_STEPS", 9
+    )  # some are done by then, some not
+    coef = solve_qps(
         np.random.default_rng(0).normal(size=(99, 3, 9)), np.full((99, 9), 0.1)
     )
     assert 0 < np.isnan(coef[:, 0]).sum() < 99
@@ -175,7 +177,7 @@ def test_the_interior_point_method_leaves_exact_zeros_and_certifies():
     columns = rng.normal(size=(200, 3, 12))
     columns /= np.linalg.norm(columns, axis=1)[:, None]
     penalty = rng.uniform(0.2, 2, (200, 12))
-    coef = minimize_programs(columns, penalty)
+    coef = solve_qps(columns, penalty)
     assert not np.isnan(coef).any()
     assert (coef == 0).mean() > 0.5  # at most four are needed in three dimensions
     assert (np.count_nonzero(coef, axis=1) <= 4).all()

@@ -1,8 +1,8 @@
 import json
 
-from msc import record
-from msc.environment import chosen
-from msc.record import Record, read_log, read_record
+from press import _record as record
+from press._environment import chosen
+from press._record import Record, read_log, read_record
 
 
 def test_how_the_package_is_installed_is_no_input(tmp_path):

@@ -11,8 +11,8 @@ import pytest
 
 import msc
 from msc.cli import main
-from msc.notebook import Parameter, parameters, read_notebook
-from msc.reference import (
+from press._notebook import Parameter, parameters, read_notebook
+from press._reference import (
     commands_markdown,
     mend_backlinks,
     named_tests,
@@ -240,10 +240,10 @@ def test_links_from_sources_lead_to_where_a_name_is_documented(tmp_path):
     sources = tmp_path / "_modules" / "msc"
     sources.mkdir(parents=True)
     (tmp_path / "api.html").write_text(
-        '<dt id="msc.Arm"><dt id="msc.search.cost">', "utf-8"
+        '<dt id="msc.Arm"><dt id="msc.search._policy.cost">', "utf-8"
     )
     links = "api.html#msc.Arm", "api.html#msc.cost"
     (sources / "search.html").write_text(" ".join(links), "utf-8")
     mend_backlinks(tmp_path)
-    mended = "api.html#msc.Arm api.html#msc.search.cost"
+    mended = "api.html#msc.Arm api.html#msc.search._policy.cost"
     assert (sources / "search.html").read_text("utf-8") == mended

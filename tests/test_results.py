@@ -4,7 +4,7 @@ import json
 
 import pytest
 
-from msc.results import describe_origin, load_results
+from msc.data import describe_origin, load_results
 
 
 @pytest.fixture

@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from msc.sampling import DESIGNS, draw_samples, take_evenly, task_density
+from msc.study import draw_samples, take_evenly, task_density
+from msc.study._sampling import DESIGNS
 
 grid = np.linspace(0, 2 * np.pi, 360, endpoint=False)
 sizes = st.integers(2, 360)

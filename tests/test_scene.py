@@ -2,9 +2,9 @@ import numpy as np
 import pytest
 from scipy.ndimage import label
 
-from msc.geometry import chain
-from msc.scene import Scene
-from msc.workspace import Workspace, random_circles
+from msc import Workspace
+from msc.plots._scene import Scene
+from msc.robot import forward_kinematics, random_circles
 
 SIZE = 180
 free = Workspace.free()
@@ -89,7 +89,7 @@ def test_a_pose_looks_the_same_whatever_was_seen_before(scene):
 
 def test_the_way_is_one_line_up_to_the_hand(scene):
     joints = np.array([pose(turn) for turn in np.linspace(0, 1, 61)])
-    path = chain(joints, obstacles.link_lengths)[:, -1]
+    path = forward_kinematics(joints, obstacles.link_lengths)[:, -1]
     without = where(scene.shoot(joints[-1]), "blue").sum()
     blue = where(scene.shoot(joints[-1], path), "blue")
     assert blue.sum() > 2 * without
@@ -97,5 +97,5 @@ def test_the_way_is_one_line_up_to_the_hand(scene):
 
 
 def test_one_point_is_no_way(scene):
-    path = chain(pose(), obstacles.link_lengths)[-1:]
+    path = forward_kinematics(pose(), obstacles.link_lengths)[-1:]
     assert scene.shoot(pose(), path).tobytes() == scene.shoot(pose()).tobytes()

@@ -4,7 +4,7 @@ import re
 import matplotlib.pyplot as plt
 import pytest
 
-from msc.scrubber import Mark, Panel, Scrubber, choose_ticks
+from msc.plots._slider import Mark, Panel, Slider, choose_ticks
 
 
 def picture():
@@ -17,7 +17,7 @@ def scrubber(marks, n_steps=2, captions=("a", "b"), **more):
     panel = Panel("two dots & a line", (0, 2), (0, 1), marks)
     labels = [f"{k} degrees" for k in range(n_steps)]
     parts = {"poster": picture(), "poster_alt": "a <picture>", **more}
-    return Scrubber("task angle", labels, captions, [panel], **parts)
+    return Slider("task angle", labels, captions, [panel], **parts)
 
 
 def data_of(html):
@@ -63,7 +63,7 @@ def test_ticks_have_names_or_their_numbers():
     def names(**more):
         ticks = {"x_label": "x", "y_ticks": (0.0, 0.5), **more}
         panel = Panel("axes", (0, 2), (0, 1), [still], **ticks)
-        one = Scrubber("step", ["a"], ["b"], [panel], picture(), "")
+        one = Slider("step", ["a"], ["b"], [panel], picture(), "")
         return data_of(one.to_html())["panels"][0]["y_names"]
 
     assert names() == ["0", "0.5"]

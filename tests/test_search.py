@@ -1,25 +1,18 @@
 import math
 from dataclasses import replace
 
+import msc.cmaes
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import msc.cmaes
-import msc.search
-from msc.arm import Arm, Rollout
-from msc.cmaes import Start, minimise
-from msc.dmp import DMP
-from msc.geometry import chain
-from msc.search import (
-    SearchResult,
-    cost,
-    free_shape,
-    random_start,
-    search_policy,
-)
-from msc.workspace import Workspace
+import msc.search._policy
+from msc import DMP, Arm, Rollout, SearchResult, Workspace, search_policy
+from msc.robot import forward_kinematics
+from msc.search import cost, initial_covariance
+from msc.search._cmaes import CmaRun, minimise
+from msc.search._policy import random_start
 
 free = Workspace.free()
 rough = np.array([3.0, -2.0, 1.0, 0.5, 2.0, -1.0])
@@ -27,7 +20,7 @@ rough = np.array([3.0, -2.0, 1.0, 0.5, 2.0, -1.0])
 
 @pytest.fixture(autouse=True)
 def few_evaluations(monkeypatch):
-    monkeypatch.setattr(msc.cmaes, "MAX_EVALUATIONS", 44)  # five times nine
+    monkeypatch.setattr(msc.search._cmaes, "MAX_EVALUATIONS", 44)  # five times nine
 
 
 def bits(result):
@@ -95,9 +88,9 @@ def test_every_run_draws_numbers_of_its_own(monkeypatch):
 
     def draw(costs, mean, step, rng, shape, *, name, known):
         drawn.append(rng.standard_normal())
-        return Start(name, mean, 1.0, 9)
+        return CmaRun(name, mean, 1.0, 9)
 
-    monkeypatch.setattr(msc.search, "minimise", draw)
+    monkeypatch.setattr(msc.search._policy, "minimise", draw)
     for seed in (0, 1):
         for task in (0, 0.125, 90, 359.875):
             options = {"n_starts": 3, "start_policies": [rough, rough]}
@@ -124,7 +117,7 @@ def test_every_start_is_kept():
 
 
 def test_given_policies_come_first_and_are_searched_around(monkeypatch):
-    monkeypatch.setattr(msc.cmaes, "MAX_EVALUATIONS", 8)
+    monkeypatch.setattr(msc.search._cmaes, "MAX_EVALUATIONS", 8)
     given = [rough, -rough]
     found = search_policy(free, 90, seed=0, n_starts=2, start_policies=given)
     names = ["given 0", "given 1", "start 0", "start 1"]
@@ -189,7 +182,7 @@ def run(mean, known, *, shape=narrow, seed=0):
 
 
 def test_a_run_joins_the_policy_that_it_comes_upon():
-    known = Start("a", -rough, 0.0, 9), Start("b", rough, 0.0, 9)
+    known = CmaRun("a", -rough, 0.0, 9), CmaRun("b", rough, 0.0, 9)
     assert run(rough, known).joined == 1
     assert run(rough, known).evaluations == 9
     assert run(-rough, known).joined == 0
@@ -199,7 +192,7 @@ def test_a_run_joins_the_policy_that_it_comes_upon():
 
 
 def test_a_run_that_joins_a_joined_run_joins_the_first():
-    known = [Start("a", rough, 0.0, 9)]
+    known = [CmaRun("a", rough, 0.0, 9)]
     for factor in (1.04, 1.08, 1.12):
         known.append(run(factor * rough, known))
     assert [one.joined for one in known] == [-1, 0, 0, 0]
@@ -208,12 +201,12 @@ def test_a_run_that_joins_a_joined_run_joins_the_first():
 
 @pytest.mark.parametrize(("share", "joined"), [(0.048, 0), (0.052, -1)])
 def test_near_is_a_twentieth_of_the_known_policy_s_norm(share, joined, monkeypatch):
-    monkeypatch.setattr(msc.cmaes, "MAX_EVALUATIONS", 8)
-    assert run((1 + share) * rough, [Start("a", rough, 0.0, 9)]).joined == joined
+    monkeypatch.setattr(msc.search._cmaes, "MAX_EVALUATIONS", 8)
+    assert run((1 + share) * rough, [CmaRun("a", rough, 0.0, 9)]).joined == joined
 
 
 def test_a_near_but_cheaper_run_is_not_stopped():
-    found = run(rough, [Start("a", rough, 1.01, 9)])
+    found = run(rough, [CmaRun("a", rough, 1.01, 9)])
     assert (found.joined, found.evaluations) == (-1, 45)
 
 
@@ -221,18 +214,18 @@ def test_a_near_but_cheaper_run_is_not_stopped():
 def test_a_run_that_looks_farther_in_one_direction_is_not_near(
     share, joined, monkeypatch
 ):
-    monkeypatch.setattr(msc.cmaes, "MAX_EVALUATIONS", 8)
+    monkeypatch.setattr(msc.search._cmaes, "MAX_EVALUATIONS", 8)
     widths = share * np.linalg.norm(rough) * np.array([1, 0, 0, 0, 0, 0])
     shape = np.diag(widths) + 1e-3 * np.eye(6)
-    known = [Start("a", rough, 0.0, 9)]
+    known = [CmaRun("a", rough, 0.0, 9)]
     found = run(rough, known, shape=shape, seed=4)  # whose middle moves little
     assert found.joined == joined
 
 
 @pytest.mark.parametrize(("paid", "evaluations"), [(0.49, 27), (0.51, 45)])
 def test_a_run_twice_as_dear_as_a_known_one_is_given_up(paid, evaluations, monkeypatch):
-    monkeypatch.setattr(msc.cmaes, "PATIENCE", 20)
-    known = Start("a", 9 * rough, paid, 9), Start("b", -9 * rough, 5.0, 9)
+    monkeypatch.setattr(msc.search._cmaes, "PATIENCE", 20)
+    known = CmaRun("a", 9 * rough, paid, 9), CmaRun("b", -9 * rough, 5.0, 9)
     found = run(rough, known)
     assert found.cost == pytest.approx(1, abs=0.01)
     assert (found.joined, found.evaluations) == (-1, evaluations)
@@ -240,7 +233,7 @@ def test_a_run_twice_as_dear_as_a_known_one_is_given_up(paid, evaluations, monke
 
 def test_a_search_lets_runs_join_those_before():
     far = 10 * rough
-    starts = Start("start 0", far, 0.0, 9), Start("given 0", 2 * far, 1.0, 9, 0)
+    starts = CmaRun("start 0", far, 0.0, 9), CmaRun("given 0", 2 * far, 1.0, 9, 0)
     known = SearchResult(30, far, 0.0, 0.0, 0.0, 0.0, starts)
     again = search_policy(
         free,
@@ -261,7 +254,7 @@ def test_a_search_lets_runs_join_those_before():
 def result(*ends):
     """Make a result of starts, each from (multiple of `rough`, cost, joined)."""
     starts = tuple(
-        Start(f"start {number}", factor * rough, cost, 9, *joined)
+        CmaRun(f"start {number}", factor * rough, cost, 9, *joined)
         for number, (factor, cost, *joined) in enumerate(ends)
     )
     best = min(starts, key=lambda start: start.cost)
@@ -303,9 +296,9 @@ def test_no_run_is_better_and_one_agrees_at_least(ends):
 
 
 def bend(dmp, task, world=free):
-    """Find by differences how the cost that `free_shape` describes bends."""
+    """Find by differences how the cost that `initial_covariance` describes bends."""
     times = np.linspace(0, 1, 1001)
-    start = chain(world.home, world.link_lengths)[-1]
+    start = forward_kinematics(world.home, world.link_lengths)[-1]
     target = world.target(task)
 
     def described(policy):
@@ -332,7 +325,7 @@ def bend(dmp, task, world=free):
     "dmp", [DMP(), DMP(gated=True), DMP(n_basis=4), DMP(n_basis=4, gated=True)]
 )
 def test_in_the_shape_s_coordinates_the_described_cost_is_round(dmp, task):
-    shape, bent = free_shape(free, task, dmp), bend(dmp, task)
+    shape, bent = initial_covariance(free, task, dmp), bend(dmp, task)
     assert np.linalg.det(shape) == pytest.approx(1)
     assert np.linalg.cond(bent) > 1e4
     assert np.linalg.cond(shape.T @ bent @ shape) < 1.1
@@ -341,7 +334,7 @@ def test_in_the_shape_s_coordinates_the_described_cost_is_round(dmp, task):
 def test_where_weights_do_nothing_there_is_a_shape_all_the_same():
     world = replace(free, home=(math.pi / 2, 0.0, 0.0))
     task = 90 - world.cut_deg  # straight below the end effector
-    shape = free_shape(world, task, DMP())
+    shape = initial_covariance(world, task, DMP())
     assert np.linalg.cond(bend(DMP(), task, world)) > 1e15
     assert np.isfinite(shape).all()
     assert np.linalg.det(shape) == pytest.approx(1)

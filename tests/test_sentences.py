@@ -8,12 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from msc import load_dataset
-from msc.audit_tables import confirmed_jumps
-from msc.jumps import find_jumps
-from msc.lookups import find_cell
-from msc.results import load_results
-from msc.smce import SMCE
+from msc import SMCE, find_jumps, load_dataset
+from msc.claims import find_cell
+from msc.data import load_results
+from msc.plots import confirmed_jumps
 
 ROOT = Path(__file__).parents[1]
 SIZES = (8, 12, 16, 24, 36, 50, 72, 100, 180, 360)

@@ -29,12 +29,9 @@ from sklearn.utils.estimator_checks import (
     parametrize_with_checks,
 )
 
-import msc.gaussian
-from msc.crkr import CrKR
-from msc.gaussian import gaussian_process
-from msc.skill import ParameterizedSkill
-from msc.smce import SMCE
-from msc.tables import load_dataset
+import msc.learn._gaussian
+from msc import SMCE, CrKR, ParameterizedSkill, load_dataset
+from msc.learn import gaussian_process
 
 pytestmark = pytest.mark.filterwarnings("ignore:The graph has")
 
@@ -614,11 +611,11 @@ def test_pickle_and_clone(gate):
 
 
 def test_nothing_of_the_search_is_shared_between_fits():
-    starts = (msc.gaussian._LENGTH_SCALES, msc.gaussian._NOISES)
+    starts = (msc.learn._gaussian._LENGTH_SCALES, msc.learn._gaussian._NOISES)
     gp = GaussianProcessRegressor(RBF(2.0), optimizer=None)
     fast(None, regressor=gp).fit(tasks, policies)
     assert not hasattr(gp, "kernel_")
-    assert starts == (msc.gaussian._LENGTH_SCALES, msc.gaussian._NOISES)
+    assert starts == (msc.learn._gaussian._LENGTH_SCALES, msc.learn._gaussian._NOISES)
 
 
 @parametrize_with_checks(

@@ -17,10 +17,9 @@ from sklearn.utils.estimator_checks import (
     parametrize_with_checks,
 )
 
-import msc.spectral
-from msc.smce import SMCE
-from msc.spectral import elbow
-from msc.tables import load_dataset
+import msc.learn._spectral
+from msc import SMCE, load_dataset
+from msc.learn import elbow
 
 # Of few points at random the graph often falls apart; that it is told is tested below.
 pytestmark = pytest.mark.filterwarnings("ignore:The graph has")
@@ -353,7 +352,7 @@ def test_a_curve_without_an_elbow_is_one_chart(max_clusters):
 
 def test_large_data_take_the_sparse_road_to_the_same_charts(monkeypatch):
     dense = SMCE(3, n_neighbors=7, random_state=0).fit(random_points(7, 60, 2))
-    monkeypatch.setattr(msc.spectral, "_LARGEST_DENSE", 0)
+    monkeypatch.setattr(msc.learn._spectral, "_LARGEST_DENSE", 0)
     sparse = clone(dense).fit(random_points(7, 60, 2))
     np.testing.assert_allclose(sparse.eigenvalues_, dense.eigenvalues_[:10], atol=1e-9)
     np.testing.assert_array_equal(sparse.labels_, dense.labels_)

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-import msc.spectral
-from msc.smce import SMCE
-from msc.spectral import cluster_rows, laplacian_eigen, unit_rows
+import msc.learn._spectral
+from msc import SMCE
+from msc.learn._spectral import cluster_rows, laplacian_eigen, unit_rows
 
 
 def lines(*sizes):
@@ -28,7 +28,7 @@ def graph(*sizes):
 @pytest.fixture(params=["dense", "sparse"])
 def road(request, monkeypatch):
     if request.param == "sparse":
-        monkeypatch.setattr(msc.spectral, "_LARGEST_DENSE", 0)
+        monkeypatch.setattr(msc.learn._spectral, "_LARGEST_DENSE", 0)
 
 
 @pytest.mark.parametrize("sizes", [(40,), (9, 30), (5, 8, 6, 7), (3,) * 30])

@@ -8,16 +8,16 @@ import pandas as pd
 import pytest
 from joblib.externals.loky import get_reusable_executor
 
-from msc.cells import measure_errors, summarise_trials
 from msc.cli import main
-from msc.comparison import compare
-from msc.files import checksum
-from msc.methods import COMMON, METHODS
-from msc.profiles import PROFILES, Profile, list_groups
-from msc.sampling import DESIGNS, draw_samples, task_density
-from msc.study import format_study, run_study
-from msc.tables import COLUMNS, WEIGHTS, save_table
-from msc.trial import Trial
+from msc.data import WEIGHTS, save_table
+from msc.data._tables import COLUMNS
+from msc.study import compare, draw_samples, format_study, run_study, task_density
+from msc.study._methods import COMMON, METHODS
+from msc.study._profiles import PROFILES, Profile, list_groups
+from msc.study._sampling import DESIGNS
+from msc.study._summaries import measure_errors, summarise_trials
+from msc.study._trial import Trial
+from press import checksum
 
 GRID, TEST = np.arange(0, 360, 15.0), np.array([5.0, 95.0, 170.0, 200.0, 292.0])
 TINY = Profile(
@@ -72,7 +72,7 @@ def folder(tmp_path_factory):
 def here(folder, monkeypatch):
     monkeypatch.chdir(folder)
     monkeypatch.setitem(PROFILES, "quick", TINY)
-    monkeypatch.setattr("msc.cells.FEW", 1)
+    monkeypatch.setattr("msc.study._summaries.FEW", 1)
 
 
 @pytest.fixture(scope="module")
@@ -80,7 +80,7 @@ def study(folder):
     with pytest.MonkeyPatch.context() as patch:
         patch.chdir(folder)
         patch.setitem(PROFILES, "quick", TINY)
-        patch.setattr("msc.cells.FEW", 1)
+        patch.setattr("msc.study._summaries.FEW", 1)
         return run_study("obstacles", seed=3)
 
 
@@ -170,7 +170,7 @@ def test_a_reading_without_tasks_is_left_out(monkeypatch):
 
 def test_a_handful_of_test_tasks_makes_no_ratio(monkeypatch):
     monkeypatch.setitem(PROFILES, "quick", LEAST)
-    monkeypatch.setattr("msc.cells.FEW", len(TEST) + 1)
+    monkeypatch.setattr("msc.study._summaries.FEW", len(TEST) + 1)
     (cell,) = run_study("free")["cells"]
     assert cell["ratios"] == []
     assert cell["measures"]["error_cm"]["charts"]["n_tasks"] == len(TEST)
@@ -318,7 +318,7 @@ def test_an_unknown_profile_is_named():
 
 def elbows(monkeypatch, measure_elbows):
     monkeypatch.setitem(PROFILES, "quick", LEAST)
-    monkeypatch.setattr("msc.study.measure_elbows", measure_elbows)
+    monkeypatch.setattr("msc.study._study.measure_elbows", measure_elbows)
 
 
 def test_evaluate_writes_what_it_found(monkeypatch, tmp_path, capsys):
@@ -369,7 +369,9 @@ def test_what_is_done_is_kept_when_interrupted(monkeypatch, tmp_path, capsys):
 def test_bad_input_is_named_in_a_sentence(
     arguments, complaint, tmp_path, monkeypatch, capsys
 ):
-    monkeypatch.setattr("msc.study.call_in_order", None)  # it must not come to that
+    monkeypatch.setattr(
+        "msc.study._study.call_in_order", None
+    )  # it must not come to that
     Path("file").touch()
     assert main(["evaluate", "--out-dir", str(tmp_path), *arguments.split()]) == 2
     out, err = capsys.readouterr()
@@ -381,7 +383,7 @@ def test_bad_input_is_named_in_a_sentence(
 
 
 def test_a_missing_table_is_named_before_the_work(folder, monkeypatch, capsys):
-    monkeypatch.setattr("msc.study.call_in_order", None)
+    monkeypatch.setattr("msc.study._study.call_in_order", None)
     table = folder / "data" / "obstacles_test.csv"
     content = table.read_bytes()
     table.unlink()

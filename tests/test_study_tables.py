@@ -2,18 +2,18 @@ from dataclasses import replace
 
 import pytest
 
-from msc.comparison import Comparison
-from msc.plots_study import plot_sample_sizes, plot_sweep
-from msc.sampling import draw_samples
-from msc.study_tables import (
+from msc import load_dataset
+from msc.plots import plot_sample_sizes, plot_sweep
+from msc.study import (
     compare_cells,
     comparison_table,
+    draw_samples,
     gate_shares,
     kernel_table,
     ratio_table,
     sets_table,
 )
-from msc.tables import load_dataset
+from msc.study._comparison import Comparison
 
 BASELINES = {"single regression": 2.0, "CrKr": 1.0, "nearest neighbour": 0.5}
 

@@ -1,17 +1,13 @@
 from dataclasses import replace
 
+import msc.cmaes
 import numpy as np
 import pytest
 
-import msc.cmaes
-import msc.survey
-from msc.arm import Arm
-from msc.control import TIME_STEP
-from msc.dmp import DMP
-from msc.geometry import Circle, chain, clearance
-from msc.search import SearchResult
-from msc.survey import choose_layout, locate_cut
-from msc.workspace import Workspace, random_circles
+import msc.search._constants
+from msc import DMP, Arm, SearchResult, Workspace
+from msc.robot import TIME_STEP, Circle, clearance, forward_kinematics, random_circles
+from msc.search import choose_layout, locate_cut
 
 
 @pytest.mark.parametrize(("tie", "cut"), [(70.2, 70.5), (70.4, 70.5), (70.6, 71.0)])
@@ -22,7 +18,7 @@ def test_the_cut_is_where_both_sides_cost_the_same(tie, cut, monkeypatch):
         cost = 10 - side * (angle - tie) / 100
         return SearchResult(angle, side, cost, 0.0, 0.0, 0.0, ())
 
-    monkeypatch.setattr(msc.survey, "search_policy", search)
+    monkeypatch.setattr(msc.search._constants, "search_policy", search)
     found = locate_cut()
     assert found["tie_deg"] == pytest.approx(tie)
     assert found["cut_deg"] == cut
@@ -39,8 +35,8 @@ def test_the_layout_is_the_first_whose_tasks_are_reached_and_jump(jobs, monkeypa
         assert (n_tasks, seed) == (72, 4)
         return {"layout": layout, "fit": fits[layout]}
 
-    monkeypatch.setattr(msc.survey, "_look_at", look_at)
-    monkeypatch.setattr(msc.survey, "Parallel", lambda n_jobs: starcall)
+    monkeypatch.setattr(msc.search._constants, "_look_at", look_at)
+    monkeypatch.setattr(msc.search._constants, "Parallel", lambda n_jobs: starcall)
     found = choose_layout(seed=4, jobs=jobs)
     assert found["chosen"] == 2
     assert [one["layout"] for one in found["layouts"]] == [0, 1, 2]
@@ -52,15 +48,15 @@ def starcall(calls):
 
 
 def test_a_look_at_a_layout_says_what_it_found(monkeypatch):
-    monkeypatch.setattr(msc.cmaes, "MAX_EVALUATIONS", 9)
-    found = msc.survey._look_at(3, n_tasks=6, seed=0)
-    assert found == msc.survey._look_at(3, n_tasks=6, seed=0)
+    monkeypatch.setattr(msc.search._cmaes, "MAX_EVALUATIONS", 9)
+    found = msc.search._constants._look_at(3, n_tasks=6, seed=0)
+    assert found == msc.search._constants._look_at(3, n_tasks=6, seed=0)
     assert found["circles"] == [list(circle) for circle in random_circles(3)]
     assert set(found["jumps_after_deg"]) <= set(range(0, 360, 60))
     assert found["fit"] == (
-        found["largest_distance_m"] < msc.survey.MAX_DISTANCE
-        and found["largest_depth_m"] < msc.survey.MAX_DEPTH
-        and len(found["jumps_after_deg"]) >= msc.survey.MIN_JUMPS
+        found["largest_distance_m"] < msc.search._constants.MAX_DISTANCE
+        and found["largest_depth_m"] < msc.search._constants.MAX_DEPTH
+        and len(found["jumps_after_deg"]) >= msc.search._constants.MIN_JUMPS
     )
 
 
@@ -68,12 +64,12 @@ def test_the_planned_cost_is_that_of_an_arm_that_does_what_is_planned():
     world, policies = Workspace.free(), np.random.default_rng(0).normal(size=(9, 6))
     with Arm(world) as arm:
         plans = arm.plan(policies, np.tile(world.target(200), (9, 1)))
-    ends = chain(plans[:, -1], world.link_lengths)[:, -1]
+    ends = forward_kinematics(plans[:, -1], world.link_lengths)[:, -1]
     missed = np.hypot(*(ends - world.target(200)).T)
     energy = np.sum(np.diff(plans, axis=1) ** 2, axis=(1, 2)) / TIME_STEP
     walled = replace(world, circles=(Circle(0.0, 0.8, 0.05),))
     np.testing.assert_allclose(
-        msc.survey._planned_cost(walled, DMP(), 200)(policies),
+        msc.search._constants._planned_cost(walled, DMP(), 200)(policies),
         100 * missed**2 + 0.005 * energy,
         rtol=0.01,
     )
@@ -82,13 +78,18 @@ def test_the_planned_cost_is_that_of_an_arm_that_does_what_is_planned():
 def test_entering_an_obstacle_costs_the_depth_and_the_time():
     free, policies = Workspace.free(), np.zeros((1, 6))
     walled = replace(free, circles=(Circle(-0.5, 0.2, 0.05),))
-    joints, _, depth = msc.survey._plan(walled, DMP(), policies, np.array([90.0]))
-    gaps = clearance(chain(joints, free.link_lengths), walled.circles[0]) - 0.05
+    joints, _, depth = msc.search._constants._plan(
+        walled, DMP(), policies, np.array([90.0])
+    )
+    gaps = (
+        clearance(forward_kinematics(joints, free.link_lengths), walled.circles[0])
+        - 0.05
+    )
     np.testing.assert_allclose(depth, np.maximum(0, -gaps))
     assert depth.max() > 0.05
     outside = replace(free, circles=(Circle(0.0, 0.8, 0.05),))
     extra = np.subtract(
-        msc.survey._planned_cost(walled, DMP(), 90)(policies),
-        msc.survey._planned_cost(outside, DMP(), 90)(policies),
+        msc.search._constants._planned_cost(walled, DMP(), 90)(policies),
+        msc.search._constants._planned_cost(outside, DMP(), 90)(policies),
     )
-    assert extra == pytest.approx(msc.survey.DEPTH_WEIGHT * depth.sum() / 60)
+    assert extra == pytest.approx(msc.search._constants.DEPTH_WEIGHT * depth.sum() / 60)

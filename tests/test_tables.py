@@ -9,10 +9,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import msc.files
-from msc.files import find_data, replace_file
-from msc.tables import COLUMNS, WEIGHTS, load_dataset
-from msc.tables import save_table as save
+import press._files
+from msc import load_dataset
+from msc.data import WEIGHTS, find_data
+from msc.data import save_table as save
+from msc.data._tables import COLUMNS
+from press import replace_file
 
 
 def made_up(n_tasks=5, **columns):
@@ -284,7 +286,7 @@ def test_a_table_and_its_description_are_written_both_or_neither(path, monkeypat
             raise OSError(28, "No space left on device")
         really(handle)
 
-    monkeypatch.setattr(msc.files.os, "fsync", fail_at_last)
+    monkeypatch.setattr(press._files.os, "fsync", fail_at_last)
     with pytest.raises(OSError, match=r"No space left on device: '/.*package"):
         save(made_up(3), path, command="", seed=0)
     assert {one.name: one.read_bytes() for one in path.parent.iterdir()} == before
@@ -297,7 +299,7 @@ def test_a_failed_write_leaves_the_old_file(tmp_path, monkeypatch):
     def fail(_):
         raise OSError("disk full")
 
-    monkeypatch.setattr(msc.files.os, "fsync", fail)
+    monkeypatch.setattr(press._files.os, "fsync", fail)
     with pytest.raises(OSError, match="disk full"):
         replace_file(file, "new")
     assert file.read_text("utf-8") == "old"

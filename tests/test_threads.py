@@ -19,12 +19,11 @@ import pandas as pd
 import pytest
 from joblib import Parallel, delayed, parallel_config
 
-from msc.arm import Arm, kept_arm
-from msc.bullet import load_pybullet
-from msc.execution import execute_policies
-from msc.generations import record_search
-from msc.search import search_policy
-from msc.workspace import Workspace
+from msc import Arm, Workspace, search_policy
+from msc.robot import cached_arm
+from msc.robot._bullet import load_pybullet
+from msc.search import record_search
+from msc.study import execute_policies
 
 N_THREADS = 8
 
@@ -89,7 +88,7 @@ def test_threads_that_share_an_arm(arm, alone):
 
 
 def test_threads_that_each_have_an_arm(alone):
-    for found in in_threads(lambda seed: executed(kept_arm(walled), seed)):
+    for found in in_threads(lambda seed: executed(cached_arm(walled), seed)):
         assert found == alone
 
 
@@ -106,7 +105,7 @@ def test_joblib_s_threads(alone):
 
 @pytest.fixture
 def in_short(monkeypatch):
-    monkeypatch.setattr("msc.cmaes.MAX_EVALUATIONS", 18)
+    monkeypatch.setattr("msc.search._cmaes.MAX_EVALUATIONS", 18)
 
 
 def searched(task):
@@ -232,7 +231,7 @@ def test_a_forked_process_has_a_copy_whatever_threads_were_at(arm, alone):
         found = [bits(one.execute_many(policies, tasks)) for one in (arm, mine)]
         send.send(found == [alone, alone])
 
-    over, mine = threading.Event(), kept_arm(walled)
+    over, mine = threading.Event(), cached_arm(walled)
     with ThreadPoolExecutor(2) as pool:
         list(pool.map(lambda _: None, range(2)))
         working = [pool.submit(busy, _) for _ in range(2)]
@@ -328,7 +327,7 @@ def test_an_arm_in_a_cycle_and_one_whose_warning_is_an_error_are_freed(capsys):
 def test_an_arm_that_could_not_be_built_is_freed(monkeypatch):
     before = resident_mb()
     for _ in range(6):
-        monkeypatch.setattr("msc.bullet.load_pybullet", lambda: Interrupted(20))
+        monkeypatch.setattr("msc.robot._bullet.load_pybullet", lambda: Interrupted(20))
         with pytest.raises(KeyboardInterrupt):
             Arm(free)
     gc.collect()
@@ -337,25 +336,25 @@ def test_an_arm_that_could_not_be_built_is_freed(monkeypatch):
 
 def test_kept_arms_are_one_a_thread_and_go_with_it_in_silence():
     def keep(_):
-        arm = kept_arm(free)
-        assert kept_arm(free) is arm
+        arm = cached_arm(free)
+        assert cached_arm(free) is arm
         return weakref.ref(arm), arm.client_id
 
-    mine = kept_arm(free)
+    mine = cached_arm(free)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         found = in_threads(keep, range(3))
         gc.collect()
     assert len({client for _, client in found} | {mine.client_id}) == 4
     assert [kept() for kept, _ in found] == [None] * 3
-    assert kept_arm(free) is mine
+    assert cached_arm(free) is mine
 
 
 def test_a_thread_keeps_four_arms_and_none_is_freed_while_it_is_used():
     def keep(_):
         worlds = [Workspace(cut_deg=float(cut)) for cut in range(5)]
-        first = kept_arm(worlds[0])
-        kept = [weakref.ref(kept_arm(world)) for world in worlds]
+        first = cached_arm(worlds[0])
+        kept = [weakref.ref(cached_arm(world)) for world in worlds]
         first.execute(policies[0], 0)
         del first
         return [arm() is not None for arm in kept]
@@ -366,9 +365,9 @@ def test_a_thread_keeps_four_arms_and_none_is_freed_while_it_is_used():
 AT_EXIT = """
 import threading
 from msc import Arm, Workspace, search_policy
-from msc.arm import kept_arm
+from msc.arm import cached_arm
 
-arm, kept = Arm(Workspace.free(), n_parallel=1), kept_arm(Workspace.free())
+arm, kept = Arm(Workspace.free(), n_parallel=1), cached_arm(Workspace.free())
 arm.itself = arm
 """
 

@@ -6,12 +6,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from msc.geometry import LINK_RADIUS, Circle, bent_home, chain
-from msc.workspace import Workspace
-from msc.workspace import random_circles as draw
+from msc import Workspace
+from msc.robot import LINK_RADIUS, Circle, forward_kinematics
+from msc.robot import random_circles as draw
+from msc.robot._geometry import home_pose
 
 free = Workspace.free()
-HAND = chain(free.home, free.link_lengths)[-1]
+HAND = forward_kinematics(free.home, free.link_lengths)[-1]
 angles = st.floats(-math.pi, math.pi)
 poses = st.tuples(angles, angles, angles)
 
@@ -22,23 +23,27 @@ poses = st.tuples(angles, angles, angles)
 @given(poses)
 def test_the_chain_is_a_sum_of_turned_links(pose):
     turned = np.array(free.link_lengths) * np.exp(1j * np.cumsum(pose))
-    x, y = chain(pose, free.link_lengths)[1:].T
+    x, y = forward_kinematics(pose, free.link_lengths)[1:].T
     np.testing.assert_allclose(x + 1j * y, np.cumsum(turned), atol=1e-15)
 
 
 def test_the_chain_takes_poses_of_any_shape():
     many = np.random.default_rng(0).normal(size=(4, 5, 3))
-    points = chain(many, free.link_lengths)
+    points = forward_kinematics(many, free.link_lengths)
     assert points.shape == (4, 5, 4, 2)
-    np.testing.assert_array_equal(points[2, 3], chain(many[2, 3], free.link_lengths))
+    np.testing.assert_array_equal(
+        points[2, 3], forward_kinematics(many[2, 3], free.link_lengths)
+    )
 
 
 @given(st.floats(0.2, 0.99), angles)
 def test_the_bent_home_reaches_where_asked(reach, heading):
-    pose = bent_home(free.link_lengths, reach, heading)
+    pose = home_pose(free.link_lengths, reach, heading)
     assert pose[1] == pose[2] > 0
     wanted = reach * np.array([math.cos(heading), math.sin(heading)])
-    np.testing.assert_allclose(chain(pose, free.link_lengths)[-1], wanted, atol=1e-12)
+    np.testing.assert_allclose(
+        forward_kinematics(pose, free.link_lengths)[-1], wanted, atol=1e-12
+    )
 
 
 # Goals
@@ -58,7 +63,7 @@ def test_many_goals_are_placed_at_once():
 
 
 def test_goal_minus_start_never_vanishes_in_either_dimension():
-    start = chain(free.home, free.link_lengths)[-1]
+    start = forward_kinematics(free.home, free.link_lengths)[-1]
     assert (abs(start) > free.goal_radius + 0.1).all()
 
 
@@ -67,7 +72,7 @@ def test_goal_minus_start_never_vanishes_in_either_dimension():
 
 def gap(pose, circle):
     """Measure the gap of arm and obstacle at a thousand points along each link."""
-    joints = chain(pose, free.link_lengths)
+    joints = forward_kinematics(pose, free.link_lengths)
     along = np.linspace(0, 1, 1001)[:, None, None]
     points = joints[:-1] + along * np.diff(joints, axis=0)
     return np.hypot(*(points - circle[:2]).reshape(-1, 2).T).min() - LINK_RADIUS

@@ -5,7 +5,7 @@ from functools import cache
 from html.parser import HTMLParser
 from pathlib import Path
 
-from msc.book import pages
+from press._book import pages
 
 ROOT = Path(__file__).parents[2]
 HTML = ROOT / "_build" / "html"

@@ -5,8 +5,8 @@ from pathlib import Path
 import pytest
 from settings import CHAPTERS, ONCE_DIED, draw_settings
 
-from msc.chapters import run_chapters
-from msc.notebook import complaints
+from press._chapters import run_chapters
+from press._notebook import complaints
 
 ROOT = Path(__file__).parents[2]
 SETTINGS = [*ONCE_DIED, *draw_settings(100, seed=14)]

@@ -1,0 +1,198 @@
+"""Verdicts as Markdown: the table that opens the book, and every reading of a claim."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Collection, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from msc.claims._judge import CLAIMS, VERDICTS, judge_all
+from msc.claims._verdicts import BUILT_IN, SYMBOLS, Verdict
+from press import label, paragraph, plain
+
+TABLE = "claims_table.md"
+READINGS = "claims_readings.md"
+
+# Between these the README quotes the verdicts.
+BEGIN, END = "<!-- verdicts, by msc claims -->", "<!-- end of verdicts -->"
+
+
+def write_claims(root: Path, folder: Path, pages: Collection[str]) -> None:
+    """Write what pages of the book include: the table, and all readings.
+
+    Parameters
+    ----------
+    root : Path
+        The repository. Without `book/claims.yml` nothing is written; before there are
+        verdicts, `data/results/claims.json`, a sentence that says so.
+    folder : Path
+        Where the pages are laid out.
+    pages : collection of str
+        Their names; only these are linked to.
+
+    Raises
+    ------
+    ValueError
+        If a claim or a result file is not as wanted.
+    """
+    if not (root / CLAIMS).is_file():
+        return
+    if (root / VERDICTS).is_file():
+        verdicts = judge_all(root)
+        table, readings = (
+            table_markdown(verdicts, pages),
+            readings_markdown(verdicts, pages),
+        )
+    else:
+        table = readings = f"*No verdicts yet: `msc claims --out {VERDICTS}`.*\n"
+    (folder / TABLE).write_text(table, encoding="utf-8")
+    (folder / READINGS).write_text(readings, encoding="utf-8")
+
+
+def table_markdown(verdicts: Sequence[Verdict], pages: Collection[str]) -> str:
+    """Write the table that opens the book.
+
+    Parameters
+    ----------
+    verdicts : sequence of Verdict
+        What `msc.claims.judge` returned.
+    pages : collection of str
+        Names of the book's pages; others are not linked to.
+
+    Returns
+    -------
+    str
+        Markdown: each claim linked to the chapter that shows it, each verdict to its
+        readings.
+    """
+    rows = ["```{table}", ":widths: 5 2 4"]  # in shares of the page
+    rows += [_row("the paper claims", "here", "measured"), "|---|---|---|"]
+    for one in verdicts:
+        claim, says = one.claim, plain(one.claim.claim)
+        shown = f"[{label(says)}]({claim.chapter})" if claim.chapter in pages else says
+        here = f"[{one.words}](claim-{claim.id})"
+        differ = f"; [readings differ](claim-{claim.id})" if one.differs else ""
+        rows.append(_row(shown, here, f"{plain(one.measured)}{differ}"))
+    return "\n".join([*rows, "```"]) + "\n"
+
+
+def tally(summary: Mapping[str, Mapping[str, Any]]) -> str:
+    """Count the verdicts, in words.
+
+    Parameters
+    ----------
+    summary : mapping
+        What `msc.claims.summarise` returned.
+
+    Returns
+    -------
+    str
+        The verdicts that occur, in the order of `SYMBOLS`.
+
+    Examples
+    --------
+    >>> tally({"a": {"verdict": "partly"}, "b": {"verdict": "reproduced"}})
+    '1 reproduced, 1 partly'
+    """
+    counts = Counter(one["verdict"] for one in summary.values())
+    return ", ".join(f"{counts[name]} {name}" for name in SYMBOLS if counts[name])
+
+
+def readings_markdown(verdicts: Sequence[Verdict], pages: Collection[str]) -> str:
+    """Write a section a claim: what each reading measured, and its verdict.
+
+    Parameters
+    ----------
+    verdicts : sequence of Verdict
+        What `msc.claims.judge` returned.
+    pages : collection of str
+        Names of the book's pages; others are not linked to.
+
+    Returns
+    -------
+    str
+        Markdown, with the anchor `claim-…` for each claim.
+    """
+    return "\n\n".join(_section(one, pages) for one in verdicts) + "\n"
+
+
+def summary_markdown(summary: Mapping[str, Mapping[str, Any]]) -> str:
+    """Write which claims got which verdict.
+
+    Parameters
+    ----------
+    summary : mapping
+        What `msc.claims.summarise` returned.
+
+    Returns
+    -------
+    str
+        Markdown: one row a verdict that occurs.
+    """
+    rows = [_row("verdict", "claims", "which"), "|---|---|---|"]
+    for verdict, sign in SYMBOLS.items():
+        ids = [name for name, one in summary.items() if one["verdict"] == verdict]
+        if ids:
+            rows.append(_row(f"{sign} {verdict}", str(len(ids)), ", ".join(ids)))
+    return "\n".join(rows) + "\n"
+
+
+def with_summary(page: str, summary: Mapping[str, Mapping[str, Any]]) -> str:
+    """Renew the summary that a page quotes.
+
+    Parameters
+    ----------
+    page : str
+        Markdown with the marks `BEGIN` and `END`.
+    summary : mapping
+        What `msc.claims.summarise` returned.
+
+    Returns
+    -------
+    str
+        The page; what stands between the marks is new.
+
+    Raises
+    ------
+    ValueError
+        If there are no such marks.
+    """
+    before, begin, rest = page.partition(BEGIN)
+    _, end, after = rest.partition(END)
+    if not (begin and end):
+        raise ValueError(f"page: no lines {BEGIN} and {END} to write between")
+    table = summary_markdown(summary)
+    return f"{before}{BEGIN}\n\n{table}\n{END}{after}"
+
+
+def _section(one: Verdict, pages: Collection[str]) -> str:
+    """Write the section of a claim."""
+    claim = one.claim
+    built_in = [
+        asked.by_construction
+        for asked, found in zip(claim.readings, one.readings, strict=True)
+        if found.verdict == BUILT_IN
+    ]
+    shown = f" [Its chapter]({claim.chapter})." if claim.chapter in pages else ""
+    rows = [_row("reading", "measured", "wanted", "verdict"), _RULE]
+    for reading in one.readings:
+        cells = (reading.name, reading.measured, reading.wanted or "–", reading.verdict)
+        rows.append(_row(*map(plain, cells)))
+    paragraphs = [
+        f"(claim-{claim.id})=\n### {claim.id}: {one.words}",
+        f"> “{plain(claim.quote)}” {{cite}}`paper` ({plain(claim.section)})",
+        f"{paragraph(claim.claim)}{shown}",
+        "\n".join(rows),
+        f"**Margin.** {plain(claim.margin)}" if claim.margin else "",
+        *(f"**By construction.** {plain(reason)}" for reason in built_in),
+        f"**Why.** {plain(one.why)}" if one.why else "",
+    ]
+    return "\n\n".join(paragraph for paragraph in paragraphs if paragraph)
+
+
+_RULE = "|---|---|---|---|"
+
+
+def _row(*cells: str) -> str:
+    return f"| {' | '.join(cells)} |"

@@ -1,0 +1,97 @@
+"""Where a table of policies leaps from one behaviour to another."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from msc._arrays import to_floats
+
+
+def find_jumps(
+    tasks: ArrayLike, policies: ArrayLike, closed: bool = False
+) -> NDArray[np.intp]:
+    """Find the steps between neighbouring tasks that are too large to be smooth.
+
+    Parameters
+    ----------
+    tasks : array_like of shape (n_tasks,) or (n_tasks, 1)
+        Ascending task parameters, about evenly spaced: a step is not divided by the
+        distance of its tasks, so that a gap between them looks like a jump.
+    policies : array_like of shape (n_tasks, n_params)
+        Their policies.
+    closed : bool, default=False
+        Whether the last task's neighbour is the first, as on a circle not cut open.
+
+    Returns
+    -------
+    ndarray of int
+        Indices i for which the step from task i to the next is a jump: larger than
+        five times the median step, and than 0.3 times the policies' root-mean-square
+        distance from their mean.
+
+    Raises
+    ------
+    ValueError
+        If the lengths differ, the tasks do not ascend or there are fewer than two.
+
+    Notes
+    -----
+    A threshold only points: `msc audit` settles whether a step is a jump by searching
+    the tasks in between.
+
+    Examples
+    --------
+    >>> find_jumps(np.arange(6), [[0.0], [0.1], [0.2], [3.0], [3.1], [3.2]])
+    array([2])
+    """
+    order = to_floats("tasks", tasks)
+    if order.ndim == 2 and order.shape[1] == 1:
+        order = order[:, 0]
+    if order.ndim != 1:
+        raise ValueError(f"tasks has shape {order.shape}; wanted one number a task")
+    values = to_floats("policies", policies)
+    if values.ndim != 2 or len(values) != len(order) or len(order) < 2:
+        raise ValueError(
+            f"policies has shape {values.shape} for {len(order)} tasks; wanted one row "
+            "a task and at least two tasks"
+        )
+    if not np.isfinite(values).all():
+        raise ValueError("policies has NaN or infinite entries; wanted numbers")
+    if not (np.isfinite(order).all() and (np.diff(order) > 0).all()):
+        raise ValueError(
+            "tasks do not ascend; wanted them finite and sorted, without duplicates"
+        )
+    steps, threshold = step_sizes(values, closed=closed)
+    return np.flatnonzero(steps > threshold)
+
+
+def step_sizes(
+    policies: ArrayLike, *, closed: bool = False
+) -> tuple[NDArray[np.float64], float]:
+    """Measure the steps between neighbouring policies.
+
+    Parameters
+    ----------
+    policies : array_like of shape (n_tasks, n_params)
+        Policies in the order of their tasks.
+    closed : bool, default=False
+        Whether the last one's neighbour is the first.
+
+    Returns
+    -------
+    steps : ndarray of shape (n_tasks - 1,), or (n_tasks,) if closed
+        Distances from each policy to the next.
+    threshold : float
+        What a step must exceed to count as a jump, see `find_jumps`.
+
+    Examples
+    --------
+    >>> step_sizes([[0.0], [0.1], [0.2], [3.0]])[0].round(1)
+    array([0.1, 0.1, 2.8])
+    """
+    values = to_floats("policies", policies)
+    after = np.roll(values, -1, axis=0)
+    steps = np.linalg.norm(after - values, axis=1)[: None if closed else -1]
+    spread = np.sqrt(np.mean(np.sum((values - values.mean(axis=0)) ** 2, axis=1)))
+    return steps, float(max(5 * np.median(steps), 0.3 * spread))

@@ -1,0 +1,326 @@
+"""Tables of searched policies: their columns, reading, writing.
+
+A folder of tables carries a `datapackage.json` (Frictionless Data Package): columns and
+units, the command that made each table, its seed, the package versions and a SHA-256.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import platform
+import re
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from msc._arrays import LARGEST
+from press import checksum, locked, replace_files
+
+WEIGHTS = tuple(f"weight_{axis}{number}" for axis in "xy" for number in (1, 2, 3))
+
+COLUMNS: dict[str, tuple[str, str]] = {
+    "task_deg": ("number", "Task angle, counted from the cut (degrees)"),
+    **dict.fromkeys(WEIGHTS, ("number", "Weight of Eq. 7: an entry of the policy")),
+    "distance_m": ("number", "Final distance of end effector and target (m)"),
+    "energy_rad2_per_s": ("number", "Integral of the squared joint velocity (rad²/s)"),
+    "cost": ("number", "100/m² · distance² + 0.005 s/rad² · energy"),
+    "cost_distance": ("number", "First term of the cost"),
+    "cost_energy": ("number", "Second term of the cost"),
+    "contact_impulse_n_s": ("number", "Normal force of contacts over time (N s)"),
+    "evaluations": ("integer", "Rollouts that the search took"),
+    "starts": ("integer", "Runs of CMA-ES"),
+    "starts_agreeing": (
+        "integer",
+        "Runs that ended within 1 % of the policy, or were stopped within 5 % of it",
+    ),
+    "margin": (
+        "number",
+        "Cost of the best run that ended elsewhere, over this one; empty if none did",
+    ),
+    "winner": ("string", "Run that found the policy: a start, or from a neighbour's"),
+    "seed": ("integer", "Seed of the search"),
+}
+
+PACKAGE = "datapackage.json"
+_SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "pipes", " ": "spaces"}
+_NAMED = ("free", "obstacles", "free_test", "obstacles_test")
+_Package = dict[str, Any]
+_PACKAGES = ("msc", "numpy", "scipy", "cma", "pybullet")
+
+
+def find_data() -> Path:
+    """Return the folder of the tables: `data` here or in a folder above, or beside msc.
+
+    Returns
+    -------
+    Path
+        The folder.
+    """
+    here = Path.cwd()
+    folders = [here, *here.parents, Path(__file__).resolve().parents[2]]
+    return next(
+        (f / "data" for f in folders if (f / "data" / "datapackage.json").is_file()),
+        folders[-1] / "data",
+    )
+
+
+def load_dataset(
+    name: str | Path,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], pd.DataFrame]:
+    """Load searched policies.
+
+    Parameters
+    ----------
+    name : str or Path
+        "free", "obstacles", "free_test" or "obstacles_test", looked up in the folder
+        `data` of the current directory or of the repository; or a path to a table.
+
+    Returns
+    -------
+    tasks : ndarray of shape (n_tasks, 1)
+        Task angles in radians, counted from the cut: in [0, 2π), ascending.
+    policies : ndarray of shape (n_tasks, n_params)
+        Their policies.
+    table : DataFrame
+        All columns, in degrees and metres.
+
+    Raises
+    ------
+    ValueError
+        If the file is missing, lacks a column, has duplicate tasks, tasks outside [0°,
+        360°) or NaN, is not separated by commas, or no longer has the checksum that its
+        data package states.
+
+    Examples
+    --------
+    >>> tasks, policies, table = load_dataset("free")
+    >>> tasks.shape[1], policies.shape[1]
+    (1, 6)
+    """
+    path = find_data() / f"{name}.csv" if name in _NAMED else Path(name)
+    if not path.is_file():
+        raise ValueError(
+            f"dataset {str(name)!r} is not there; wanted one of {', '.join(_NAMED)} or "
+            "a path to a table"
+        )
+    _verify(path)
+    try:
+        table = pd.read_csv(path, skipinitialspace=True)
+        table.columns = table.columns.astype(str).str.strip()
+    except ValueError as error:
+        raise ValueError(f"{path.name}: {_foreign(path) or error}") from None
+    missing = [column for column in COLUMNS if column not in table]
+    if missing:
+        found = ", ".join(map(repr, table.columns[:3]))
+        named = f"columns missing: {', '.join(missing)}; the first ones are {found}"
+        said = _foreign(path) or named
+        raise ValueError(f"{path.name}: {said}")
+    twice = table.columns[table.columns.duplicated()]
+    if len(twice):
+        raise ValueError(f"{path.name}: columns given twice: {', '.join(twice)}")
+    if not isinstance(table.index, pd.RangeIndex):
+        raise ValueError(
+            f"{path.name}: rows hold more values than there are columns; wanted as "
+            "many, and decimal points, not commas"
+        )
+    if table.empty:
+        raise ValueError(f"{path.name}: no rows; wanted at least one task")
+    table = table.assign(**_numbers(table, path.name))
+    duplicates = table["task_deg"][table["task_deg"].duplicated()].tolist()
+    if duplicates:
+        raise ValueError(f"{path.name}: duplicate tasks at task_deg={duplicates}")
+    beyond = table["task_deg"][~table["task_deg"].between(0, 360, "left")].tolist()
+    if beyond:
+        raise ValueError(
+            f"{path.name}: tasks outside the turn at task_deg={beyond}; wanted angles "
+            "from 0 to below 360"
+        )
+    table = table.sort_values("task_deg", ignore_index=True)
+    tasks = np.deg2rad(table[["task_deg"]].to_numpy())
+    return tasks, table[list(WEIGHTS)].to_numpy(), table
+
+
+def _numbers(table: pd.DataFrame, file: str) -> dict[str, pd.Series]:
+    """Return the columns of numbers as such, or say what is none, where."""
+    columns = {}
+    for name, (kind, _) in COLUMNS.items():
+        if kind == "string":
+            continue
+        column = table[name]
+        values = pd.to_numeric(column, errors="coerce")
+        no_number = values.isna() & ~column.isna()
+        if column.dtype == bool or no_number.any():
+            row = int(no_number.to_numpy().argmax())
+            said = str(column.iloc[row])
+            commas = "; wanted decimal points, no commas" if "," in said else ""
+            raise ValueError(
+                f"{file}: wanted numbers: {name} in row {row + 1} is {said!r}{commas}"
+            )
+        finite = np.isfinite(values.fillna(0.0) if name == "margin" else values)
+        if not finite.all():
+            raise ValueError(f"{file}: NaN or infinite values in {name}")
+        if name in WEIGHTS and (values.abs() > LARGEST).any():
+            raise ValueError(
+                f"{file}: {name} reaches {values.abs().max():g}; wanted at most "
+                f"{LARGEST:g}"
+            )
+        if kind == "integer" and (values % 1 != 0).any():
+            raise ValueError(f"{file}: {name} holds fractions; wanted whole numbers")
+        columns[name] = values
+    return columns
+
+
+def save_table(
+    table: pd.DataFrame, path: Path, *, command: str, seed: int, **extra: Any
+) -> None:
+    """Write a table, and what it is into the data package beside it.
+
+    Parameters
+    ----------
+    table : DataFrame
+        Rows with the columns of `COLUMNS`.
+    path : Path
+        Where to, a `.csv` file.
+    command : str
+        The command line that makes it.
+    seed : int
+        The seed of that command.
+    **extra : dict
+        Further facts for the data package.
+
+    Raises
+    ------
+    ValueError
+        If the data package that is there is broken.
+    OSError
+        If one of the two cannot be written; both are then left as they were.
+    """
+    text = table[list(COLUMNS)].to_csv(index=False, lineterminator="\n")
+    content = text.encode()
+    resource: _Package = {
+        "name": path.stem.replace("_", "-"),
+        "path": path.name,
+        "profile": "tabular-data-resource",
+        "format": "csv",
+        "encoding": "utf-8",
+        "bytes": len(content),
+        "hash": f"sha256:{hashlib.sha256(content).hexdigest()}",
+        "command": command,
+        "seed": seed,
+        **extra,
+        "versions": {
+            "python": platform.python_version(),
+            **{name: metadata.version(name) for name in _PACKAGES},
+        },
+        "schema": {
+            "fields": [
+                {"name": name, "type": kind, "description": description}
+                for name, (kind, description) in COLUMNS.items()
+            ],
+            "primaryKey": ["task_deg"],
+        },
+    }
+    path.parent.mkdir(parents=True, exist_ok=True)
+    with locked(path.parent):  # another search may end in this folder
+        package = read_package(path.parent)
+        others = [one for one in package["resources"] if one["path"] != path.name]
+        package["resources"] = sorted([*others, resource], key=lambda one: one["path"])
+        described = json.dumps(package, indent=2, ensure_ascii=False) + "\n"
+        replace_files({path: text, path.parent / PACKAGE: described})
+
+
+def read_package(folder: Path) -> dict[str, Any]:
+    """Read the data package of a folder of tables.
+
+    Parameters
+    ----------
+    folder : Path
+        The folder.
+
+    Returns
+    -------
+    dict
+        What it says; a package without tables if there is none.
+
+    Raises
+    ------
+    ValueError
+        If the file is not what a data package should be, or cannot be read.
+    """
+    file = folder / PACKAGE
+    if not file.exists():
+        start = {"name": "msc-policies", "licenses": [{"name": "CC0-1.0"}]}
+        return start | {"resources": []}
+    try:
+        package = json.loads(file.read_text(encoding="utf-8"))
+        json.dumps(package, ensure_ascii=False).encode()  # as it is to be written again
+    except OSError as error:
+        raise ValueError(f"{file}: cannot be read: {error.strerror}") from None
+    except (ValueError, RecursionError) as error:
+        raise ValueError(
+            f"{file}: wanted a data package, which is JSON in UTF-8: {error}; mend it "
+            "or remove it"
+        ) from None
+    resources = package.get("resources") if isinstance(package, dict) else None
+    if not isinstance(resources, list) or not all(
+        isinstance(one, dict) and isinstance(one.get("path"), str) for one in resources
+    ):
+        raise ValueError(
+            f"{file}: wanted a data package, an object whose `resources` is a list of "
+            "objects with a `path` each; mend it or remove it"
+        )
+    return dict(package)
+
+
+def _foreign(path: Path) -> str:
+    """Say what separates a table's columns, if it is not commas."""
+    try:
+        lines = path.read_text(encoding="utf-8-sig").splitlines()
+    except UnicodeDecodeError as error:
+        return f"wanted a table in UTF-8: {error}"
+    first = next((line for line in lines if line.strip()), "")
+    says = re.fullmatch(r"\"?sep=(.?)\"?,*", first.strip(" "), re.IGNORECASE)
+    if says:
+        separator = says[1] or "\t"
+    else:
+        signs = dict.fromkeys([",", *_SEPARATORS, *re.findall(r"[^\w\"']", first)])
+        separator = max(signs, key=lambda sign: _n_known(first, sign))
+    name = _SEPARATORS.get(separator, repr(separator))
+    if separator == "," and not says:
+        return ""
+    also = f" and the first line is {first!r}" if says else ""
+    if separator == ",":
+        return (
+            f"columns are separated by commas and the first line is {first!r}; wanted "
+            "the names of the columns there"
+        )
+    return (
+        f"columns are separated by {name}{also}; wanted commas, decimal points and "
+        "nothing before the names of the columns"
+    )
+
+
+def _n_known(header: str, separator: str) -> int:
+    """Count the columns' names in a line."""
+    names = {name.strip(" \"'") for name in header.split(separator)}
+    return len(names & set(COLUMNS))
+
+
+def _verify(path: Path) -> None:
+    """Compare a table with the checksum in the data package beside it, if any."""
+    for resource in read_package(path.parent)["resources"]:
+        if resource["path"] == path.name:
+            found, stated = checksum(path), resource.get("hash")
+            if found != stated:
+                command = resource.get("command")
+                differs = (
+                    f"checksum {found[7:19]}… differs from the data package's "
+                    f"{str(stated)[7:19] + '…' if stated else 'none'}"
+                )
+                remake = f", or remake it: {command}" if command else ""
+                raise ValueError(f"{path.name}: {differs}; restore the file{remake}")

@@ -1,0 +1,187 @@
+"""The number of charts: what "the elbow" may mean.
+
+The paper reads the number of charts from an elbow and does not say of which curve. Here
+are the readings that can be defended, each a curve over the number of charts and a rule
+that picks one.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from sklearn.cluster import KMeans
+from sklearn.model_selection import KFold
+from sklearn.neighbors import KNeighborsClassifier
+from sklearn.utils import check_X_y
+
+from msc.learn._gaussian import gaussian_process
+from msc.learn._smce import SMCE
+from msc.learn._spectral import (
+    cluster_each,
+    elbow,
+    knee,
+    laplacian_eigen,
+    within_cluster_ss,
+)
+
+Array = NDArray[np.float64]
+Charts = NDArray[np.intp]
+
+READINGS = {
+    "rows_of_m": "rows of M, k-means",
+    "squares": "squares within charts, chord",
+    "squares_knee": "squares within charts, knee",
+    "eigengap": "eigengap",
+    "cross_validation": "cross-validated error",
+}
+"""The readings and what they are called, those nearest the paper's words first."""
+
+
+def read_elbows(
+    tasks: ArrayLike,
+    policies: ArrayLike,
+    *,
+    max_charts: int = 10,
+    n_folds: int = 5,
+    seed: int = 0,
+) -> dict[str, dict[str, Any]]:
+    """Read the elbow in every way.
+
+    Parameters
+    ----------
+    tasks : array-like of shape (n_tasks, n_task_params)
+        Tasks, in radians; only the cross-validation looks at them.
+    policies : array-like of shape (n_tasks, n_params)
+        Their policies.
+    max_charts : int, default=10
+        Largest number of charts; clipped to the tasks that a fold trains on.
+    n_folds : int, default=5
+        Folds of the cross-validation; clipped to the number of tasks.
+    seed : int, default=0
+        Seed of the clustering and of the folds.
+
+    Returns
+    -------
+    dict
+        By the names of `READINGS`: ``"curve"``, a list over 1, 2, … charts, and
+        ``"picked"``, a number of them.
+
+    Raises
+    ------
+    ValueError
+        If the data are not finite, of different lengths or fewer than three, or a
+        number is too small.
+
+    Notes
+    -----
+    - *squares within charts*: sum of squared distances from the charts' means, in the
+      space of policies; charts by SMCE. *chord* picks the point furthest below the line
+      between the curve's ends, *knee* the first that stands out (`knee`).
+    - *eigengap*: difference of successive eigenvalues of the normalised Laplacian;
+      picks the largest.
+    - *rows of M*: the rows of the affinity matrix taken as points, as the paper words
+      it; sum of squares of k-means, chord.
+    - *cross-validated error*: in every fold charts, gate (nearest task) and one
+      Gaussian process a chart are made anew from the other folds. Its hyper-parameters
+      stay at their initial values, so that fifty resamples take minutes. Picks the
+      least mean squared error.
+
+    Examples
+    --------
+    >>> tasks = np.linspace(0, 6, 40)[:, np.newaxis]
+    >>> policies = np.c_[np.sin(tasks), np.cos(tasks)] + 9 * (tasks > 3)
+    >>> readings = read_elbows(tasks, policies, max_charts=6)
+    >>> readings["squares"]["picked"]
+    2
+    """
+    X, y = check_data(tasks, policies, max_charts=max_charts, n_folds=n_folds)
+    folds = list(KFold(min(n_folds, len(X)), shuffle=True, random_state=seed).split(X))
+    n_counts = min(max_charts, *(len(train) for train, _ in folds))
+    affinity, values, charts = _cut(y, n_counts, seed)
+    squares = np.array([within_cluster_ss(y, labels) for labels in charts])
+    gaps = np.diff(values)[:n_counts]
+    rows = np.array(
+        [
+            KMeans(count, n_init=10, random_state=seed).fit(affinity).inertia_
+            for count in range(1, n_counts + 1)
+        ]
+    )
+    errors = np.mean(
+        [_fold_errors(X, y, fold, n_counts, seed) for fold in folds], axis=0
+    )
+    picked = {
+        "rows_of_m": (rows, elbow(rows)),
+        "squares": (squares, elbow(squares)),
+        "squares_knee": (squares, knee(squares)),
+        "eigengap": (gaps, int(np.argmax(gaps)) + 1),
+        "cross_validation": (errors, int(np.argmin(errors)) + 1),
+    }
+    return {
+        name: {"curve": curve.tolist(), "picked": count}
+        for name, (curve, count) in picked.items()
+    }
+
+
+def check_data(
+    tasks: ArrayLike, policies: ArrayLike, **least: int
+) -> tuple[Array, Array]:
+    """Refuse what no elbow can be read of.
+
+    Parameters
+    ----------
+    tasks : array-like of shape (n_tasks, n_task_params)
+        Tasks, in radians.
+    policies : array-like of shape (n_tasks, n_params)
+        Their policies.
+    **least : int
+        Numbers that must be positive integers, `n_folds` at least 2.
+
+    Returns
+    -------
+    tasks, policies : ndarray
+        The same as floats.
+
+    Raises
+    ------
+    ValueError
+        If the data are not finite, of different lengths or fewer than three, or a
+        number is too small.
+    """
+    for name, number in least.items():
+        lowest = 2 if name == "n_folds" else 1
+        if not isinstance(number, int | np.integer) or number < lowest:
+            raise ValueError(
+                f"{name}={number!r} must be an integer of {lowest} or more"
+            )
+    X, y = check_X_y(
+        tasks, policies, dtype=np.float64, multi_output=True, ensure_min_samples=3
+    )
+    return X, y.astype(np.float64).reshape(len(X), -1)
+
+
+def _cut(policies: Array, n_counts: int, seed: int) -> tuple[Any, Array, list[Charts]]:
+    """Return affinity, eigenvalues, and the charts for 1 to n_counts of them."""
+    affinity = SMCE(1, max_clusters=1).fit(policies).affinity_matrix_
+    size = min(n_counts + 1, len(policies))
+    values, vectors = laplacian_eigen(affinity, size, seed)
+    return affinity, values, cluster_each(vectors, n_counts, seed)
+
+
+def _fold_errors(
+    X: Array, y: Array, fold: tuple[Charts, Charts], n_counts: int, seed: int
+) -> list[float]:
+    """Return the mean squared error on held-out tasks for 1 to n_counts charts."""
+    (train, test), errors = fold, []
+    for labels in _cut(y[train], n_counts, seed)[2]:
+        gate = KNeighborsClassifier(1).fit(X[train], labels)
+        asked = gate.predict(X[test])
+        predicted = np.empty((len(test), y.shape[1]))
+        for chart in np.unique(asked):
+            regressor = gaussian_process().set_params(optimizer=None)
+            regressor.fit(X[train][labels == chart], y[train][labels == chart])
+            here = X[test][asked == chart]
+            predicted[asked == chart] = regressor.predict(here).reshape(len(here), -1)
+        errors.append(float(((predicted - y[test]) ** 2).mean()))
+    return errors

@@ -1,0 +1,408 @@
+"""A parameterized skill: from a task straight to the policy that solves it.
+
+One regression over all tasks averages across a jump of the policy manifold and serves
+neither side. Here every chart of the manifold has regressions of its own, and a
+classifier, the *gate*, tells which chart a new task belongs to.
+"""
+
+from __future__ import annotations
+
+import inspect
+import math
+from collections.abc import Callable
+from typing import Any, ClassVar, Self
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from sklearn.base import BaseEstimator, MultiOutputMixin, RegressorMixin, clone
+from sklearn.dummy import DummyClassifier
+from sklearn.gaussian_process import GaussianProcessRegressor
+from sklearn.gaussian_process.kernels import WhiteKernel
+from sklearn.neighbors import KNeighborsClassifier
+from sklearn.pipeline import Pipeline, make_pipeline
+from sklearn.preprocessing import StandardScaler
+from sklearn.svm import SVC
+from sklearn.utils._param_validation import HasMethods, StrOptions
+from sklearn.utils.validation import check_is_fitted
+
+from msc._arrays import REAL, check_real
+from msc._parallel import tell
+from msc.learn._copies import find_copies
+from msc.learn._gaussian import (
+    gaussian_classifier,
+    gaussian_process,
+    is_tuned,
+    warn_of_scale,
+)
+from msc.learn._smce import SMCE
+from msc.learn._validation import (
+    RANDOM_STATE,
+    RandomState,
+    check_magnitude,
+    seed_of,
+    validate_pairs,
+    validate_points,
+)
+
+__all__ = ["ParameterizedSkill"]
+
+Array = NDArray[np.float64]
+Charts = NDArray[np.intp]
+
+
+class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: ignore[misc]
+    """Predict the policy of a task by one regression per chart of the manifold.
+
+    Parameters
+    ----------
+    charts : "smce", clusterer or None, default="smce"
+        Finds the charts among the training policies: `SMCE` with its defaults, any
+        clusterer with `fit_predict`, or None for a single chart. Points a clusterer
+        calls noise (label -1) form a chart of their own.
+    gate : {"nearest", "svm", "gp"} or classifier, default="nearest"
+        Tells a task's chart; trained on tasks and chart labels. "nearest" takes the
+        nearest training task's chart, "svm" is a support vector machine on
+        standardised tasks, "gp" a Gaussian process classifier.
+    regressor : regressor or None, default=None
+        Cloned for every chart and policy dimension; None is `gaussian_process()`, to
+        which a policy that repeats another of its task, exactly or nearly
+        (`msc.learn._copies`), is given once.
+    random_state : int, RandomState instance, Generator or None, default=None
+        Given to every part whose own `random_state` is None. None draws fresh
+        entropy; NumPy's global generator is left alone.
+    verbose : bool or None, default=None
+        Whether a fit of more than about two seconds shows a progress bar on standard
+        error: None where that is a terminal, True in a notebook too.
+
+    Attributes
+    ----------
+    charts_ : ndarray of shape (n_tasks,)
+        Chart, 0 to n_charts - 1, of each training task.
+    n_charts_ : int
+        Number of charts.
+    clusterer_ : clusterer or None
+        What found the charts, fitted.
+    gate_ : classifier
+        Fitted on tasks and charts; constant if there is one chart.
+    regressors_ : list of n_charts lists of n_params regressors
+        Fitted regressions, by chart and policy dimension.
+    n_features_in_ : int
+        Number of task parameters.
+
+    Notes
+    -----
+    The mapping is Eq. 2 of [1]_, built as in its section III: one Gaussian process per
+    chart and per policy attribute. Which chart a *new* task belongs to is not said
+    there; the gate is our answer. Tasks are expected in radians.
+
+    A chart of one task predicts that task's policy everywhere, with the spread of all
+    training policies as its standard deviation. Two points cannot tell a length scale
+    from noise, so on a chart of two a Gaussian process keeps its initial
+    hyper-parameters (by default 1 rad, noise 1e-3).
+
+    References
+    ----------
+    .. [1] "Task-Based Behavior Generalization via Manifold Clustering", sections II
+       and III.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from sklearn.cluster import KMeans
+    >>> from msc.skill import ParameterizedSkill
+    >>> tasks = np.linspace(0, 6, 40)[:, np.newaxis]
+    >>> policies = np.c_[np.sin(tasks), np.cos(tasks)] + 5 * (tasks > 3)
+    >>> skill = ParameterizedSkill(KMeans(2), random_state=0).fit(tasks, policies)
+    >>> skill.predict([[1.5], [4.5]]).round(2)
+    array([[1.  , 0.07],
+           [4.02, 4.79]])
+    """
+
+    _parameter_constraints: ClassVar[dict[str, list[Any]]] = {
+        "charts": [StrOptions({"smce"}), HasMethods(["fit_predict"]), None],
+        "gate": [StrOptions({"nearest", "svm", "gp"}), HasMethods(["fit", "predict"])],
+        "regressor": [HasMethods(["fit", "predict"]), None],
+        "random_state": RANDOM_STATE,
+        "verbose": ["boolean", None],
+    }
+
+    def __init__(
+        self,
+        charts: Any = "smce",
+        *,
+        gate: Any = "nearest",
+        regressor: Any = None,
+        random_state: RandomState = None,
+        verbose: bool | None = None,
+    ) -> None:
+        self.charts = charts
+        self.gate = gate
+        self.regressor = regressor
+        self.random_state = random_state
+        self.verbose = verbose
+
+    def set_params(self, **params: Any) -> Self:
+        """Set parameters of the skill, or of its parts.
+
+        Parameters
+        ----------
+        **params : dict
+            By the names of `get_params`; ``charts__n_clusters`` if `charts` is
+            ``SMCE()``.
+
+        Returns
+        -------
+        ParameterizedSkill
+            The skill itself.
+
+        Raises
+        ------
+        ValueError
+            If a parameter is unknown, or belongs to a part that is not an estimator yet
+            but a string or None.
+        """
+        for name in params:
+            part, is_nested, _ = name.partition("__")
+            given = params.get(part, getattr(self, part, self))
+            if is_nested and part in _INSTEAD and isinstance(given, str | None):
+                raise ValueError(
+                    f"{name} cannot be set while {part}={given!r}: pass "
+                    f"{part}={_INSTEAD[part]}, whose parameters have names."
+                )
+        super().set_params(**params)
+        return self
+
+    def fit(self, X: Any, y: Any) -> Self:
+        """Find the charts of the policies; fit the gate and every chart's regressions.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_tasks, n_task_params)
+            Tasks, in radians, or at a scale on which policies change over about one
+            unit; if it is far off, a warning says so.
+        y : array-like of shape (n_tasks, n_params) or (n_tasks,)
+            The policy that solves each task.
+
+        Returns
+        -------
+        ParameterizedSkill
+            The fitted skill.
+
+        Raises
+        ------
+        ValueError
+            If a parameter is unknown, there are fewer tasks than charts, `y` is not
+            finite, too large or too small, or the clusterer does not return a label for
+            each policy.
+        """
+        self._validate_params()
+        X, y = validate_pairs(self, X, y)
+        check_magnitude("y", y)
+        if is_tuned(self.regressor):
+            warn_of_scale(X)
+        self._is_single_output = y.ndim == 1
+        policies = y.reshape(len(X), -1)
+        seed = seed_of(self.random_state)
+        self.clusterer_, labels = None, np.zeros(len(X), dtype=np.intp)
+        if self.charts is not None:
+            clusterer = SMCE() if isinstance(self.charts, str) else self.charts
+            self.clusterer_ = _seeded_clone(clusterer, seed)
+            labels = _check_labels(self.clusterer_, policies)
+        names, self.charts_ = np.unique(labels, return_inverse=True)
+        self.n_charts_ = len(names)
+        gate = _GATES[self.gate]() if isinstance(self.gate, str) else self.gate
+        gate = gate if self.n_charts_ > 1 else DummyClassifier()
+        self.gate_ = _seeded_clone(gate, seed)
+        spreads = policies.std(axis=0)
+        charts = [self.charts_ == c for c in range(self.n_charts_)]
+        known = [(X[in_chart], policies[in_chart]) for in_chart in charts]
+        if self.regressor is None:
+            copies = find_copies(policies)
+            known = [
+                _once(*given, copies[in_chart])
+                for given, in_chart in zip(known, charts, strict=True)
+            ]
+        to_fit = [
+            (self._regressor(len(tasks), spread, seed), tasks, values)
+            for tasks, chart in known
+            for values, spread in zip(chart.T, spreads, strict=True)
+        ]
+        n_params, n_fits, what = len(spreads), len(to_fit), "regressions"
+        if self.n_charts_ > 1:
+            to_fit, what = [(self.gate_, X, self.charts_), *to_fit], "fits"
+        else:
+            self.gate_.fit(X, self.charts_)
+        largest = max(len(tasks) for _, tasks, _ in to_fit)
+        fits = (model.fit(tasks, targets) for model, tasks, targets in to_fit)
+        told = tell(
+            fits, what, total=len(to_fit), n_tasks=largest, verbose=self.verbose
+        )
+        fitted = list(told)[-n_fits:]
+        self.regressors_ = [
+            fitted[first : first + n_params] for first in range(0, n_fits, n_params)
+        ]
+        return self
+
+    def _regressor(self, n_tasks: int, spread: float, seed: int) -> Any:
+        if n_tasks == 1:  # white noise about the one value: constant, never certain
+            kernel = WhiteKernel(spread**2, noise_level_bounds="fixed")
+            return GaussianProcessRegressor(kernel, optimizer=None, normalize_y=True)
+        given = gaussian_process() if self.regressor is None else self.regressor
+        regressor = _seeded_clone(given, seed)
+        if n_tasks == 2 and isinstance(regressor, GaussianProcessRegressor):
+            regressor.set_params(optimizer=None)
+        return regressor
+
+    def predict_chart(self, X: Any) -> Charts:
+        """Tell which chart each task belongs to.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_tasks, n_task_params)
+            Tasks, in radians.
+
+        Returns
+        -------
+        ndarray of shape (n_tasks,)
+            Charts, 0 to n_charts - 1.
+        """
+        check_is_fitted(self)
+        return self._ask_gate(validate_points(self, X, reset=False))
+
+    def predict(
+        self, X: Any, return_std: bool = False, chart: ArrayLike | None = None
+    ) -> Array | tuple[Array, Array]:
+        """Predict the policy that solves each task.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_tasks, n_task_params)
+            Tasks, in radians.
+        return_std : bool, default=False
+            Whether to return standard deviations too, the policies' noise included.
+        chart : array-like of int of shape (n_tasks,), default=None
+            Chart of each task where it is known; None asks the gate.
+
+        Returns
+        -------
+        policies : ndarray of shape (n_tasks, n_params), or (n_tasks,) as in `fit`
+            Predicted policies.
+        std : ndarray of the same shape
+            Their standard deviations; only if `return_std`.
+
+        Raises
+        ------
+        ValueError
+            If `chart` does not name a chart for every task, or the regressor has no
+            standard deviation to return.
+        """
+        check_is_fitted(self)
+        X = validate_points(self, X, reset=False)
+        charts = self._ask_gate(X) if chart is None else self._check(chart, len(X))
+        means, stds = np.empty((2, len(X), len(self.regressors_[0])))
+        for c in np.unique(charts):
+            here = charts == c
+            for dim, regressor in enumerate(self.regressors_[c]):
+                if not return_std:
+                    means[here, dim] = regressor.predict(X[here])
+                elif _returns_std(regressor):
+                    means[here, dim], stds[here, dim] = regressor.predict(
+                        X[here], return_std=True
+                    )
+                else:
+                    raise ValueError(
+                        "return_std=True needs a regressor whose predict can return "
+                        f"it. Got {self.regressor!r}."
+                    )
+        if self._is_single_output:
+            means, stds = means[:, 0], stds[:, 0]
+        return (means, stds) if return_std else means
+
+    def _ask_gate(self, X: Array) -> Charts:
+        return np.asarray(self.gate_.predict(X), dtype=np.intp)
+
+    def _check(self, chart: ArrayLike, n_tasks: int) -> Charts:
+        check_real("chart", chart)
+        charts = np.asarray(chart)
+        if charts.shape != (n_tasks,):
+            raise ValueError(
+                f"chart must have shape ({n_tasks},), one entry per task. "
+                f"Got shape {charts.shape}."
+            )
+        unknown = np.setdiff1d(charts, np.arange(self.n_charts_))
+        if unknown.size:
+            raise ValueError(
+                f"chart must hold integers from 0 to {self.n_charts_ - 1}. "
+                f"Got {unknown.tolist()}."
+            )
+        return charts.astype(np.intp)
+
+
+def _once(tasks: Array, policies: Array, copies: Charts) -> tuple[Array, Array]:
+    """Average repetitions of a task's policy: they would pass for certainty.
+
+    To the likelihood, targets that repeat to the last bit have no noise, so that it
+    trades the length scale for hitting them all. Other policies of a task are kept.
+    """
+    rows = np.column_stack([tasks, copies])
+    _, first, place = np.unique(rows, axis=0, return_index=True, return_inverse=True)
+    if len(first) == len(rows):
+        return tasks, policies
+    members = np.eye(len(first))[place.ravel()]
+    means = (members.T @ policies) / members.sum(axis=0)[:, None]
+    order = np.argsort(first)
+    return tasks[first[order]], means[order]
+
+
+def _check_labels(clusterer: Any, policies: Array) -> NDArray[Any]:
+    """Ask a clusterer for charts; refuse what is no label for each policy."""
+    given = clusterer.fit_predict(policies.copy())  # which it may write into
+    labels: Any = np.asarray(given, dtype=object)
+    problem = "masked labels" if np.ma.is_masked(given) else ""
+    if labels.shape != (len(policies),):
+        problem = f"labels of shape {labels.shape}"
+    elif not all(isinstance(one, str) for one in labels):
+        bad = [one for one in labels if not _is_number(one)]
+        worst = [one for one in bad if not isinstance(one, str)] or bad
+        problem = f"the label {worst[0]!r}" if bad else problem
+    if problem:
+        raise ValueError(
+            f"charts={clusterer!r} returned {problem}; wanted one for each of the "
+            f"{len(policies)} policies: a number, or all strings."
+        )
+    return np.array(labels.tolist())
+
+
+def _is_number(label: Any) -> bool:
+    return isinstance(label, _LABELS) and bool(abs(label) < math.inf)
+
+
+def _returns_std(regressor: Any) -> bool:
+    """Whether `predict` takes `return_std`; a pipeline's hands on what it does not."""
+    last = regressor[-1] if isinstance(regressor, Pipeline) else regressor
+    return "return_std" in inspect.signature(last.predict).parameters
+
+
+def _seeded_clone(estimator: Any, seed: int) -> Any:
+    """Clone an estimator, giving `seed` to every random_state that is None."""
+    copy = clone(estimator)
+    unset = {
+        name: seed
+        for name, value in copy.get_params().items()
+        if value is None and name.rpartition("__")[2] == "random_state"
+    }
+    return copy.set_params(**unset)
+
+
+_LABELS: Any = (*REAL, np.bool_)
+_INSTEAD = {
+    "charts": "SMCE()",
+    "gate": "SVC(), or another classifier",
+    "regressor": "gaussian_process()",
+}
+_GATES: dict[str, Callable[[], Any]] = {
+    "nearest": lambda: KNeighborsClassifier(n_neighbors=1),
+    # Chart labels carry no noise, hence little slack: even small charts are learned.
+    "svm": lambda: make_pipeline(StandardScaler(), SVC(C=1e4)),
+    "gp": gaussian_classifier,
+}

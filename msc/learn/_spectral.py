@@ -1,0 +1,265 @@
+"""Spectral clustering of an affinity graph, and the elbow of a curve over charts."""
+
+from __future__ import annotations
+
+import numpy as np
+import scipy.sparse as sp
+from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import eigh
+from scipy.sparse.csgraph import connected_components
+from scipy.sparse.linalg import LinearOperator, eigsh, splu
+from sklearn.cluster import KMeans
+from threadpoolctl import threadpool_limits
+
+Array = NDArray[np.float64]
+
+_LARGEST_DENSE = 2000  # points; above, only the eigenvectors needed are computed
+_NUDGE = 1e-4  # of the last row's length: far above rounding, nothing to an inertia
+_SHIFT = -1e-8  # below 0, the least eigenvalue, by less than the next of a long chain
+
+
+def laplacian_eigen(affinity: sp.csr_array, k: int, seed: int) -> tuple[Array, Array]:
+    """Decompose the symmetric normalised Laplacian of an affinity graph.
+
+    Parameters
+    ----------
+    affinity : sparse array of shape (n_points, n_points)
+        Symmetric, without negative entries.
+    k : int
+        Number of eigenvectors.
+    seed : int
+        Seed of the iterative solver's first vector, for more than 2000 points.
+
+    Returns
+    -------
+    values : ndarray
+        Eigenvalues, ascending: all of them, or the first k for more than 2000 points.
+    vectors : ndarray of shape (n_points, k)
+        Eigenvectors of the first k.
+
+    Notes
+    -----
+    The eigenvalue 0 has as many eigenvectors as the graph has connected components,
+    and any rotation of them will do. So that rounding does not choose one, the first S
+    span the S - 1 largest components, one by one, and all the others together.
+    """
+    n_points = affinity.shape[0]
+    scale = sp.diags_array(1 / np.sqrt(affinity.sum(axis=1)))
+    laplacian = sp.eye_array(n_points) - scale @ affinity @ scale
+    null = _null_vectors(affinity, k)
+    if n_points <= max(_LARGEST_DENSE, k + 1):  # the iterative solver finds fewer
+        values, vectors = eigh(laplacian.toarray())
+        vectors = np.hstack([null, vectors[:, null.shape[1] : k]])
+    else:
+        further, others = _smallest_but_null(laplacian, null, k, seed)
+        values = np.r_[np.zeros(null.shape[1]), further]
+        vectors = np.hstack([null, others])
+    return np.clip(values, 0.0, 2.0), vectors
+
+
+def _null_vectors(affinity: sp.csr_array, k: int) -> Array:
+    """Return the first eigenvectors of 0, at most k; see the notes above."""
+    n_components, component = connected_components(affinity, directed=False)
+    largest_first = np.argsort(-np.bincount(component), kind="stable")
+    rank = np.argsort(largest_first)[component]
+    roots = np.sqrt(affinity.sum(axis=1))
+    left = rank[:, None] >= np.arange(min(k, n_components))
+    return np.asarray(np.linalg.qr(np.where(left, roots[:, None], 0.0))[0])
+
+
+def _smallest_but_null(
+    laplacian: sp.csr_array, null: Array, k: int, seed: int
+) -> tuple[Array, Array]:
+    """Return what follows the null vectors among the first k eigenvalues and vectors.
+
+    By shift-invert, since the small eigenvalues of a long chain lie very close; and in
+    the complement of the null vectors, which are known and would drown them.
+    """
+    n_points, n_null = null.shape
+    if n_null == k:
+        return np.empty(0), np.empty((n_points, 0))
+    factors = splu(  # in an order of little fill
+        (laplacian - _SHIFT * sp.eye_array(n_points)).tocsc(),
+        permc_spec="MMD_AT_PLUS_A",
+        diag_pivot_thresh=0.0,
+        options={"SymmetricMode": True},
+    )
+
+    def apart(vector: Array) -> Array:
+        return np.asarray(vector - null @ (null.T @ vector))
+
+    def solve(vector: Array) -> Array:
+        return apart(np.asarray(factors.solve(apart(vector)), dtype=float))
+
+    inverse = LinearOperator(laplacian.shape, matvec=solve, dtype=float)
+    start = apart(np.asarray(np.random.default_rng(seed).standard_normal(n_points)))
+    values, vectors = eigsh(
+        laplacian, k - n_null, sigma=_SHIFT, v0=start, OPinv=inverse
+    )
+    order = np.argsort(values)
+    return values[order], vectors[:, order]
+
+
+def unit_rows(vectors: Array) -> Array:
+    """Scale every row to unit length; rows of zeros stay.
+
+    Parameters
+    ----------
+    vectors : ndarray of shape (n_points, k)
+        Any vectors.
+
+    Returns
+    -------
+    ndarray of shape (n_points, k)
+        The same directions.
+    """
+    lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
+    return np.asarray(vectors / np.where(lengths > 0, lengths, 1.0))
+
+
+def cluster_rows(embedding: Array, seed: int) -> NDArray[np.intp]:
+    """Find as many clusters as there are columns; number them as they appear.
+
+    Parameters
+    ----------
+    embedding : ndarray of shape (n_points, k)
+        Rows to cluster by k-means.
+    seed : int
+        Seed of k-means.
+
+    Returns
+    -------
+    ndarray of shape (n_points,)
+        Labels from 0 to k - 1, in order of first appearance.
+
+    Notes
+    -----
+    Rows of different components of the graph are orthogonal: those of a component in
+    which k-means does not start are equally far from all starts. Lest rounding decide,
+    rows are shortened, each by a little more than the one before.
+    """
+    if embedding.shape[1] == 1:
+        return np.zeros(len(embedding), dtype=np.intp)
+    # As many distinct rows, at least: the eigenvectors are linearly independent.
+    k_means = KMeans(embedding.shape[1], n_init=10, random_state=seed)
+    shortened = np.linspace(1, 1 - _NUDGE, len(embedding))
+    found = k_means.fit_predict(shortened[:, np.newaxis] * embedding)
+    _, first, inverse = np.unique(found, return_index=True, return_inverse=True)
+    return np.argsort(np.argsort(first))[inverse]
+
+
+def cluster_each(vectors: Array, n_counts: int, seed: int) -> list[NDArray[np.intp]]:
+    """Find 1, 2, … clusters, each among as many eigenvectors.
+
+    Parameters
+    ----------
+    vectors : ndarray of shape (n_points, at least n_counts)
+        Eigenvectors, see `laplacian_eigen`.
+    n_counts : int
+        The largest number of clusters.
+    seed : int
+        Seed of k-means.
+
+    Returns
+    -------
+    list of ndarray of shape (n_points,)
+        Labels for each number, see `cluster_rows`.
+    """
+    with threadpool_limits(1, "openmp"):  # so few rows: threads would only wait
+        return [
+            cluster_rows(unit_rows(vectors[:, :count]), seed)
+            for count in range(1, n_counts + 1)
+        ]
+
+
+def within_cluster_ss(X: Array, labels: NDArray[np.intp]) -> float:
+    """Sum the squared distances of points from their chart's mean.
+
+    Parameters
+    ----------
+    X : ndarray of shape (n_points, n_features)
+        Points.
+    labels : ndarray of shape (n_points,)
+        Their charts, from 0 on without gaps.
+
+    Returns
+    -------
+    float
+        The sum; zero for points that differ by no more than rounding.
+    """
+    members = np.eye(labels.max() + 1)[labels]
+    centers = (members.T @ X) / members.sum(axis=0)[:, None]
+    apart = X - centers[labels]
+    rounding = len(X) * np.finfo(float).eps * np.abs(X).max(initial=0.0)
+    return 0.0 if np.abs(apart).max() <= rounding else float((apart**2).sum())
+
+
+def elbow(curve: Array) -> int:
+    """Find the elbow of a falling curve: the entry furthest below its chord.
+
+    Rescaling an axis cannot change it.
+
+    Parameters
+    ----------
+    curve : ndarray of shape (n_counts,)
+        A value for each count 1, 2, …
+
+    Returns
+    -------
+    int
+        The count at the elbow.
+
+    Examples
+    --------
+    >>> elbow(np.array([9.0, 4.0, 1.0, 0.9, 0.8]))
+    3
+    """
+    chord = np.linspace(curve[0], curve[-1], len(curve))
+    return int(np.argmax(chord - curve)) + 1
+
+
+def knee(curve: ArrayLike) -> int:
+    """Find the first knee of a falling curve that stands out.
+
+    Parameters
+    ----------
+    curve : array-like of shape (n_counts,)
+        A value for each count 1, 2, …
+
+    Returns
+    -------
+    int
+        The count at the knee, 1 if there is none.
+
+    Notes
+    -----
+    Both axes are scaled to [0, 1]. A knee is a local maximum of the distance below the
+    chord, if that falls by more than one step along the first axis (a sensitivity of 1)
+    before it rises again [1]_. `elbow` takes the greatest instead of the first.
+
+    References
+    ----------
+    .. [1] V. Satopää, J. Albrecht, D. Irwin and B. Raghavan, "Finding a 'Kneedle' in a
+       Haystack", ICDCS Workshops 2011.
+
+    Examples
+    --------
+    >>> knee([9.0, 4.0, 1.0, 0.9, 0.8])
+    3
+    >>> knee([4.0, 3.0, 2.0, 1.0])
+    1
+    """
+    values = np.asarray(curve, dtype=float)
+    if len(values) < 3 or np.ptp(values) == 0:
+        return 1
+    heights = (values.max() - values) / np.ptp(values)
+    below = heights - np.linspace(0, 1, len(values))
+    place, threshold = 0, -np.inf
+    for i in range(1, len(below) - 1):
+        if below[i] >= max(below[i - 1], below[i + 1]) and below[i] > 0:
+            place, threshold = i, below[i] - 1 / (len(below) - 1)
+        elif below[i] <= min(below[i - 1], below[i + 1]):
+            threshold = -np.inf
+        if below[i + 1] < threshold:
+            return place + 1
+    return 1

@@ -1,0 +1,238 @@
+"""The figures of the paper: policies over the tasks, and what executing them misses."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pandas as pd
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from msc.plots._style import (
+    CHART_COLOURS,
+    COLOURS,
+    chart_colour,
+    chart_marker,
+    styled,
+)
+from msc.plots._world import WEIGHT_LABELS
+from msc.study import Experiment
+
+METHODS = ("single regression", "charts")  # from left to right, or top to bottom
+
+
+@styled
+def plot_manifold(
+    experiment: Experiment, dimensions: Sequence[int] | None = None
+) -> Figure:
+    """Draw policy dimensions over the tasks, as the paper's Figures 2, 3, 5 and 6.
+
+    Parameters
+    ----------
+    experiment : Experiment
+        What was trained on what.
+    dimensions : sequence of int, optional
+        Policy dimensions, one row each; by default the one that varies most over all
+        grid tasks.
+
+    Returns
+    -------
+    Figure
+        Left the single regression, right the charts; below a dimension that is alone,
+        what is predicted minus what was searched.
+    """
+    if dimensions is None:
+        dimensions = [int(np.argmax(experiment.policies.std(axis=0)))]
+    alone = len(dimensions) == 1
+    heights = (3.0, 1.0) if alone else (1.9,) * len(dimensions)
+    figure, axes = plt.subplots(
+        len(heights),
+        2,
+        figsize=(7.4, sum(heights) + 0.3 * alone),
+        sharex=True,
+        sharey="row",
+        squeeze=False,
+        height_ratios=heights,
+    )
+    for (single, charts), dimension in zip(axes, dimensions, strict=False):
+        _draw_manifold(single, charts, experiment, dimension)
+    if alone:
+        _draw_residuals(axes[1], experiment, dimensions[0])
+        axes[1, 0].set_ylabel("predicted\n− searched")
+    n_samples = experiment.n_samples
+    n_charts = experiment.methods["charts"].n_charts_
+    axes[0, 0].set_title(f"single regression, {n_samples} samples")
+    axes[0, 1].set_title(f"{n_charts} charts, {n_samples} samples")
+    axes[0, 1].legend(ncols=2)
+    for axis in axes[-1]:
+        axis.set_xlabel("task angle (degrees)")
+    return figure
+
+
+def _draw_manifold(
+    single: Axes, charts: Axes, experiment: Experiment, dimension: int
+) -> None:
+    """Draw one policy dimension: searched, and predicted by either method."""
+    labels, chosen = experiment.methods["charts"].charts_, experiment.chosen
+    trained = np.rad2deg(experiment.tasks[chosen, 0])
+    values = experiment.policies[chosen, dimension]
+    searched = experiment.policies[:, dimension]
+    for axis in (single, charts):
+        axis.plot(
+            np.rad2deg(experiment.tasks[:, 0]),
+            searched,
+            ".",
+            ms=2.5,
+            color=COLOURS["searched"],
+            label="searched",
+        )
+        _mark_jumps(axis, experiment)
+        axis.set_xticks(range(0, 361, 60))
+    dense = np.linspace(0, 2 * np.pi, 1441, endpoint=False)[:, None]
+    draw: Any = {"dense": dense, "dimension": dimension, "experiment": experiment}
+    one = np.zeros(len(dense), dtype=int)
+    colour = COLOURS["single regression"]
+    _draw_regression(single, "single regression", one, (colour,), **draw)
+    single.plot(trained, values, "o", ms=3.5, color=colour, mec="white", mew=0.4)
+    gate = experiment.methods["charts"].predict_chart(dense)
+    _draw_regression(charts, "charts", gate, CHART_COLOURS, **draw)
+    for chart in np.unique(labels):
+        here = labels == chart
+        charts.plot(
+            trained[here],
+            values[here],
+            chart_marker(chart),
+            ms=4,
+            color=chart_colour(chart),
+            mec="white",
+            mew=0.4,
+            label=f"chart {chart + 1}",
+        )
+    margin = 0.15 * np.ptp(searched)
+    single.set_ylim(searched.min() - margin, searched.max() + margin)
+    single.set_ylabel(f"policy weight {WEIGHT_LABELS[dimension]}")
+
+
+def _draw_residuals(
+    axes: Iterable[Axes], experiment: Experiment, dimension: int
+) -> None:
+    """Draw, for every searched task, the weight predicted minus that searched."""
+    angles = np.rad2deg(experiment.tasks[:, 0])
+    for axis, method in zip(axes, METHODS, strict=True):
+        predicted = experiment.predict(method, experiment.tasks)
+        residual = (predicted - experiment.policies)[:, dimension]
+        axis.axhline(0, color="0.3", lw=0.8)
+        axis.plot(angles, residual, ".", ms=2.5, color=COLOURS[method])
+        _mark_jumps(axis, experiment)
+
+
+def _draw_regression(
+    axis: Axes,
+    method: str,
+    chart: NDArray[np.int_],
+    colours: tuple[str, ...],
+    *,
+    dense: NDArray[np.float64],
+    dimension: int,
+    experiment: Experiment,
+) -> None:
+    """Draw a prediction and its band of two standard deviations, broken at charts."""
+    mean, std = experiment.methods[method].predict(dense, return_std=True)
+    mean, std = mean[:, dimension], std[:, dimension]
+    angles = np.rad2deg(dense[:, 0])
+    for piece in np.split(np.arange(len(dense)), np.flatnonzero(np.diff(chart)) + 1):
+        colour = colours[chart[piece[0]] % len(colours)]
+        axis.plot(angles[piece], mean[piece], color=colour)
+        low, high = mean[piece] - 2 * std[piece], mean[piece] + 2 * std[piece]
+        axis.fill_between(angles[piece], low, high, color=colour, alpha=0.15, lw=0)
+
+
+@styled
+def plot_execution(experiment: Experiment) -> Figure:
+    """Draw the execution error over the tasks, as the paper's Figures 4 and 7.
+
+    Parameters
+    ----------
+    experiment : Experiment
+        What was trained on what.
+
+    Returns
+    -------
+    Figure
+        Top the single regression, bottom the charts, on one logarithmic scale; a rug
+        beside each has the errors alone. Mean, standard deviation and median are
+        marked, and tasks that met an obstacle.
+    """
+    figure, axes = plt.subplots(
+        2,
+        2,
+        figsize=(7.4, 5.0),
+        sharex="col",
+        sharey=True,
+        width_ratios=(1, 0.05),
+    )
+    executed = experiment.executed
+    for (axis, rug), method in zip(axes, METHODS, strict=True):
+        rows = executed[executed["method"] == method]
+        _draw_errors(axis, rows, COLOURS[method])
+        _mark_jumps(axis, experiment)
+        mean, std, median = _moments(rows["error_cm"])
+        spread = f"mean {mean:.2f} ± {std:.2f} cm, median {median:.2f} cm"
+        axis.set_title(f"{method}: {spread}", loc="left")
+        axis.set_ylabel("error (cm)")
+        rug.hlines(rows["error_cm"], 0, 1, color=COLOURS[method], lw=0.6, alpha=0.6)
+        rug.set_axis_off()
+    shown = executed.loc[executed["method"].isin(METHODS), "error_cm"]
+    axes[0, 0].set(yscale="log", ylim=(shown.min() / 1.3, shown.max() * 1.3))
+    axes[0, 0].yaxis.set_major_formatter("{x:g}")
+    axes[1, 0].set(xticks=range(0, 361, 60), xlim=(-3, 363))
+    axes[1, 0].set_xlabel("task angle (degrees)")
+    _name_marks(figure, axes[:, 0])
+    return figure
+
+
+def _moments(errors: pd.Series) -> tuple[float, float, float]:
+    """Return mean, standard deviation and median."""
+    return errors.mean(), errors.std(), errors.median()
+
+
+def _draw_errors(axis: Axes, rows: pd.DataFrame, colour: str) -> None:
+    """Draw the errors of one method over the tasks, and what sums them up."""
+    mean, std, median = _moments(rows["error_cm"])
+    low = max(mean - std, 1e-9)  # a logarithm's axis has no zero
+    axis.axhspan(low, mean + std, color="0.9", lw=0, zorder=0, label="mean ± std")
+    axis.axhline(mean, color="0.3", lw=1, ls="--", label="mean")
+    axis.axhline(median, color="0.3", lw=1, label="median")
+    ways: Any = (
+        (False, "o", 3.5, "touched nothing"),
+        (True, "x", 4.5, "met an obstacle"),
+    )
+    for touched, marker, size, label in ways:
+        here = rows[rows["touched"] == touched]
+        if len(here):
+            place = here["task_deg"], here["error_cm"]
+            axis.plot(*place, marker, color=colour, ms=size, label=label)
+
+
+def _name_marks(figure: Figure, axes: Iterable[Axes]) -> None:
+    """Write one legend for several panels, below them, in the colour of none."""
+    named: dict[str, Any] = {}
+    for axis in axes:
+        for handle, label in zip(*axis.get_legend_handles_labels(), strict=True):
+            named.setdefault(label, handle)
+    legend = figure.legend(
+        named.values(), named.keys(), loc="outside lower center", ncols=len(named)
+    )
+    for line in legend.get_lines():
+        line.set_color("0.3")
+
+
+def _mark_jumps(axis: Axes, experiment: Experiment) -> None:
+    """Draw dotted lines where the policies jump."""
+    for jump in experiment.jumps:
+        place = np.rad2deg(experiment.tasks[jump : jump + 2, 0].mean())
+        axis.axvline(place, color="0.5", lw=0.8, ls=":", zorder=0)

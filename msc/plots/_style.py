@@ -1,0 +1,122 @@
+"""What figures look like: one style, and one look for each thing that returns.
+
+A method has the same colour, marker and dashes on every page. The colours keep apart in
+grey and to the colour-blind, at least where nothing but colour tells two things apart;
+`tests/test_looks.py` simulates both. No figure names a colour of its own but greys, and
+red for goals; the view at a slant has its own, in `_scene` and `_rays`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import wraps
+from typing import Any, ParamSpec, SupportsIndex
+
+import matplotlib.pyplot as plt
+from matplotlib.figure import Figure
+
+_P = ParamSpec("_P")
+
+SMALL = 8  # points; the smallest text
+STYLE: Any = {
+    "figure.dpi": 150,
+    "figure.constrained_layout.use": True,
+    "font.size": 9,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.titlesize": 10,
+    "axes.grid": True,
+    "grid.color": "0.92",
+    "legend.fontsize": SMALL,
+    "legend.title_fontsize": SMALL,
+    "legend.frameon": False,
+    "lines.linewidth": 1.5,
+}
+
+LOOKS: dict[str, dict[str, Any]] = {
+    "charts": {"color": "#00467F", "marker": "o", "ls": "-"},
+    "single regression": {"color": "#C44E00", "marker": "s", "ls": "--"},
+    "CrKr": {"color": "#3E9FD8", "marker": "^", "ls": "-."},
+    "nearest neighbour": {"color": "#009E73", "marker": "D", "ls": ":"},
+    "linear interpolation": {"color": "#CC79A7", "marker": "v", "ls": ":"},
+    "single, Matérn": {"color": "#B8860B", "marker": "P", "ls": "--"},
+    "single, periodic": {"color": "#8C8C8C", "marker": "X", "ls": "--"},
+    "mean policy": {"color": "#595959", "marker": "", "ls": (0, (1, 1))},
+    "zero policy": {"color": "#B3B3B3", "marker": "", "ls": (0, (3, 1, 1, 1, 1, 1))},
+    "searched": {"color": "#9E9E9E", "marker": ".", "ls": "-"},
+}
+COLOURS: dict[str, str] = {name: look["color"] for name, look in LOOKS.items()}
+
+# Charts by number, never in the colour of a method; and their markers.
+CHART_COLOURS = ("#6A0F49", "#0F7A5A", "#B07AE0", "#E0A800", "#7A5C3E", "#38C0C8")
+CHART_MARKERS = "os^DvP"
+
+# Two or three things that are neither: sides of a break, worlds, basis functions.
+TRIO = ("#2A6FDB", "#DB8C00", "#8A2A6B")
+WORLDS: dict[str, dict[str, Any]] = {
+    "free": {"color": TRIO[0], "marker": "o"},
+    "obstacles": {"color": TRIO[1], "marker": "s"},
+}
+# Few, some, many: what is counted grows darker.
+COUNTS: tuple[dict[str, Any], ...] = (
+    {"color": "#E3A33C", "marker": "D", "ls": ":"},
+    {"color": "#B2456E", "marker": "^", "ls": "--"},
+    {"color": "#46185F", "marker": "o", "ls": "-"},
+)
+GOAL = "#D62728"
+
+
+def chart_colour(chart: SupportsIndex) -> str:
+    """Choose a chart's colour.
+
+    Parameters
+    ----------
+    chart : int
+        Its number, from 0 on.
+
+    Returns
+    -------
+    str
+        One of `CHART_COLOURS`, which come again after the last.
+    """
+    return CHART_COLOURS[int(chart) % len(CHART_COLOURS)]
+
+
+def chart_marker(chart: SupportsIndex) -> str:
+    """Choose a chart's marker.
+
+    Parameters
+    ----------
+    chart : int
+        Its number, from 0 on.
+
+    Returns
+    -------
+    str
+        One of `CHART_MARKERS`, which come again after the last.
+    """
+    return CHART_MARKERS[int(chart) % len(CHART_MARKERS)]
+
+
+def styled(draw: Callable[_P, Figure]) -> Callable[_P, Figure]:
+    """Have a function draw in the style of all figures, and close what it drew.
+
+    Parameters
+    ----------
+    draw : callable
+        Returns a figure.
+
+    Returns
+    -------
+    callable
+        The same with `STYLE`; pyplot forgets the figure.
+    """
+
+    @wraps(draw)
+    def drawn(*args: _P.args, **options: _P.kwargs) -> Figure:
+        with plt.rc_context(STYLE):
+            figure = draw(*args, **options)
+        plt.close(figure)
+        return figure
+
+    return drawn

@@ -1,0 +1,334 @@
+"""PyBullet: copies of the arm in one physics world, driven by PID torques.
+
+The only module that imports PyBullet. One world carries `n_arms` copies of the arm and
+of its obstacles, one above the other on storeys a metre high: they are controlled and
+stepped together, and never near enough for the engine to look for contacts between
+them. This is what makes a rollout cost little more than its physics. Each copy is a
+body, and so a solver island, of its own: a test holds it to do, bit for bit, what it
+would do alone.
+
+PyBullet keeps Python's global lock while it computes, so threads gain nothing by
+stepping worlds side by side: here they take turns, a batch of policies each.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import math
+import os
+import sys
+import tempfile
+import threading
+import weakref
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from msc.robot._control import TIME_STEP, ComputedTorqueController, ControllerGains
+from msc.robot._dynamics import coupled_inertias, rod_inertia
+from msc.robot._geometry import LINK_RADIUS
+from msc.robot._workspace import Workspace
+
+SUBSTEPS = 4  # of the physics in a time step of the controller: 240 Hz
+
+_JOINTS = [0, 1, 2]
+_ARM_FILTER, _OBSTACLE_FILTER = (2, 1), (1, 2)  # group, mask: arms meet obstacles only
+_GROUND = 768  # m; from here to 1024 m, doubles are evenly spaced: storeys round alike
+_BREAKING = 0.02  # m; PyBullet's default, which any connection sets for all of them
+
+_TURN = threading.RLock()  # a fork waits for it, so that no copy is in mid-rollout
+os.register_at_fork(
+    before=_TURN.acquire, after_in_parent=_TURN.release, after_in_child=_TURN.release
+)
+
+
+class BulletWorld:
+    """A physics world with copies of a workspace's arm and its obstacles.
+
+    It is freed when it is closed, or forgotten.
+
+    Parameters
+    ----------
+    workspace : Workspace
+        What to build.
+    controller : ControllerGains
+        Gains of the PID controller.
+    n_arms : int
+        Copies of the arm.
+
+    Attributes
+    ----------
+    client_id : int
+        PyBullet's number of the world; -1 once it is closed.
+
+    Raises
+    ------
+    RuntimeError
+        If the process has as many worlds already as PyBullet takes.
+    """
+
+    def __init__(
+        self, workspace: Workspace, controller: ControllerGains, n_arms: int
+    ) -> None:
+        self.workspace, self.controller, self.n_arms = workspace, controller, n_arms
+        self._bullet = load_pybullet()
+        self.client_id: int = self._bullet.connect(self._bullet.DIRECT)
+        if self.client_id < 0:
+            raise RuntimeError(
+                "PyBullet takes no more than 1024 worlds in a process; wanted arms "
+                "closed that are not needed any more"
+            )
+        self._free = weakref.finalize(self, _disconnect, self._bullet, self.client_id)
+        self._free.atexit = False
+        self._busy = self._torn = False  # executing; left in the middle of it
+        self._inertias = coupled_inertias(workspace.link_lengths, workspace.link_masses)
+        self._bodies = self._load_arms()
+        self._obstacles = [
+            self._load_obstacle(*circle, height=_GROUND + number)
+            for number in range(n_arms)
+            for circle in workspace.circles
+        ]
+
+    def close(self) -> None:
+        """Free the world, after what another thread has it do.
+
+        Raises
+        ------
+        RuntimeError
+            If the call comes from within a rollout, as from a signal's handler.
+        """
+        with _TURN:
+            self._refuse_if_busy()
+            self.client_id = -1
+            self._free()
+
+    def track(
+        self, plan: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Follow planned joint angles by PID torques in the physics world.
+
+        Parameters
+        ----------
+        plan : ndarray of shape (n_policies, n_steps + 1, 3)
+            Joint angles to follow (rad), for at most `n_arms` policies.
+
+        Returns
+        -------
+        joints : ndarray of shape (n_policies, n_steps + 1, 3)
+            Joint angles that came about (rad).
+        impulse : ndarray of shape (n_policies,)
+            Their `Rollout.contact_impulse` (N s): PyBullet reports the forces of the
+            last sub-step of each time step, which stand for all of it.
+
+        Raises
+        ------
+        RuntimeError
+            If the world has been freed, or the call comes from within a rollout.
+        """
+        with _TURN:
+            self._refuse_if_busy()
+            if self.client_id < 0:
+                raise RuntimeError("the arm is closed; wanted an open one")
+            self._busy = True
+            try:
+                return self._track(plan)
+            finally:
+                self._busy = False
+
+    def _refuse_if_busy(self) -> None:
+        """Refuse a call from within a rollout: locks do not keep a thread from it."""
+        if self._busy:
+            raise RuntimeError(
+                "the arm is in the middle of a rollout; wanted calls one after another"
+            )
+
+    def _track(
+        self, plan: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Follow planned joint angles, see `track`."""
+        bullet, client = self._bullet, self.client_id
+        n_policies, n_rows = plan.shape[:2]
+        wanted = np.empty((n_rows, 3, self.n_arms))
+        wanted[:] = np.array(self.workspace.home)[:, None]
+        wanted[..., :n_policies] = plan.transpose(1, 2, 0)
+        pursuit = ComputedTorqueController(self.controller, wanted, self._inertias)
+        push, mode = bullet.setJointMotorControlArray, bullet.TORQUE_CONTROL
+        states = np.empty((n_rows, 6 * self.n_arms))
+        contacts: list[list[float]] = [[] for _ in self._bodies]
+        self._reset()
+        self._torn = True
+        states[0] = self._read()
+        for step in range(n_rows - 1):
+            state = states[step].reshape(-1, 2, 3).transpose(1, 2, 0)
+            torques = pursuit.torques(step, state).T.tolist()
+            for body, torque in zip(self._bodies, torques, strict=True):
+                push(body, _JOINTS, mode, forces=torque, physicsClientId=client)
+            bullet.stepSimulation(physicsClientId=client)
+            states[step + 1] = self._read()
+            if self._obstacles:
+                for contact in bullet.getContactPoints(physicsClientId=client):
+                    contacts[self._bodies.index(contact[1])].append(contact[9])
+        self._torn = False
+        angles = states.reshape(n_rows, -1, 2, 3)[:, :n_policies, 0]
+        impulse = np.array([math.fsum(forces) for forces in contacts[:n_policies]])
+        return angles.swapaxes(0, 1).copy(), SUBSTEPS * TIME_STEP * impulse
+
+    def _read(self) -> list[float]:
+        """Return every arm's joint angles and velocities, one after the other."""
+        read, client = self._bullet.getJointStates, self.client_id
+        values: list[float] = []
+        for body in self._bodies:
+            (q1, v1, _, _), (q2, v2, _, _), (q3, v3, _, _) = read(
+                body, _JOINTS, physicsClientId=client
+            )
+            values += (q1, q2, q3, v1, v2, v3)
+        return values
+
+    def _reset(self) -> None:
+        """Put every arm at rest in the home pose and forget every contact."""
+        bullet, client = self._bullet, self.client_id
+        bullet.setPhysicsEngineParameter(
+            contactBreakingThreshold=_BREAKING, physicsClientId=client
+        )
+        if self._torn:  # torques that moved nothing yet would add to the next ones
+            bullet.stepSimulation(physicsClientId=client)
+        for body in self._bodies:
+            for joint, angle in zip(_JOINTS, self.workspace.home, strict=True):
+                bullet.resetJointState(body, joint, angle, 0.0, physicsClientId=client)
+        for obstacle in self._obstacles:  # renews its proxy: no cached contact is left
+            bullet.setCollisionFilterGroupMask(
+                obstacle, -1, *_OBSTACLE_FILTER, physicsClientId=client
+            )
+
+    def _load_arms(self) -> list[int]:
+        """Build the physics world with its arms."""
+        bullet, client = self._bullet, self.client_id
+        bullet.setTimeStep(TIME_STEP, physicsClientId=client)
+        bullet.setPhysicsEngineParameter(
+            deterministicOverlappingPairs=1,
+            minimumSolverIslandSize=1,  # contacts of one arm are solved apart
+            solverResidualThreshold=0.0,
+            numSubSteps=SUBSTEPS,
+            physicsClientId=client,
+        )
+        with tempfile.TemporaryDirectory() as folder:
+            file = Path(folder, "arm.urdf")
+            file.write_text(_urdf(self.workspace), "utf-8")
+            bodies: list[int] = [
+                bullet.loadURDF(
+                    str(file),
+                    basePosition=[0.0, 0.0, _GROUND + number],
+                    useFixedBase=True,
+                    flags=bullet.URDF_USE_INERTIA_FROM_FILE,
+                    physicsClientId=client,
+                )
+                for number in range(self.n_arms)
+            ]
+        for body in bodies:
+            for link in (-1, *_JOINTS):
+                bullet.changeDynamics(
+                    body,
+                    link,
+                    linearDamping=0.0,
+                    angularDamping=0.0,
+                    jointDamping=0.0,
+                    physicsClientId=client,
+                )
+                bullet.setCollisionFilterGroupMask(
+                    body, link, *_ARM_FILTER, physicsClientId=client
+                )
+            bullet.setJointMotorControlArray(
+                body,
+                _JOINTS,
+                bullet.VELOCITY_CONTROL,
+                forces=[0.0, 0.0, 0.0],
+                physicsClientId=client,
+            )
+        return bodies
+
+    def _load_obstacle(self, x: float, y: float, radius: float, height: float) -> int:
+        """Add an immovable, frictionless post, its middle at a height.
+
+        A capsule, as the links are: where two of them touch has a closed form, which
+        moves as smoothly as they do. Where a capsule touches a cylinder the engine
+        finds by iteration, and its last digits decide whether a link that slides along
+        touches or not.
+        """
+        bullet, client = self._bullet, self.client_id
+        shape = bullet.createCollisionShape(
+            bullet.GEOM_CAPSULE, radius=radius, height=0.2, physicsClientId=client
+        )
+        body: int = bullet.createMultiBody(
+            0.0, shape, basePosition=[x, y, height], physicsClientId=client
+        )
+        bullet.changeDynamics(body, -1, lateralFriction=0.0, physicsClientId=client)
+        return body
+
+
+def _urdf(workspace: Workspace) -> str:
+    """Describe the arm; one element a line, as PyBullet's parser wants it."""
+    lines = [
+        '<robot name="arm">',
+        '<link name="link_0">',
+        '<inertial><mass value="1"/>',
+        '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>',
+        "</link>",
+    ]
+    offset = 0.0
+    links = zip(workspace.link_lengths, workspace.link_masses, strict=True)
+    for number, (length, mass) in enumerate(links, start=1):
+        across, along = rod_inertia(length, mass), mass * LINK_RADIUS**2 / 2
+        lines += [
+            f'<link name="link_{number}">',
+            f'<inertial><origin xyz="{length / 2} 0 0"/>',
+            f'<mass value="{mass}"/>',
+            f'<inertia ixx="{along}" iyy="{across}" izz="{across}"',
+            ' ixy="0" ixz="0" iyz="0"/></inertial>',
+            "<collision>",
+            f'<origin xyz="{length / 2} 0 0" rpy="0 {math.pi / 2} 0"/>',
+            f'<geometry><capsule radius="{LINK_RADIUS}" length="{length}"/></geometry>',
+            "</collision>",
+            "</link>",
+            f'<joint name="joint_{number}" type="continuous">',
+            f'<parent link="link_{number - 1}"/>',
+            f'<child link="link_{number}"/>',
+            f'<origin xyz="{offset} 0 0"/>',
+            '<axis xyz="0 0 1"/>',
+            "</joint>",
+        ]
+        offset = length
+    return "\n".join([*lines, "</robot>"])
+
+
+def load_pybullet() -> Any:
+    """Import PyBullet without the line it prints past Python's own streams."""
+    with _TURN, contextlib.nullcontext() if "pybullet" in sys.modules else _quiet():
+        import pybullet  # noqa: PLC0415
+    return pybullet
+
+
+@contextlib.contextmanager
+def _quiet() -> Iterator[None]:
+    """Send what C code prints nowhere; what other threads print stays."""
+    library = ctypes.CDLL(None)
+    library.fopen.restype = ctypes.c_void_p
+    streams = [ctypes.c_void_p.in_dll(library, name) for name in ("stdout", "stderr")]
+    saved = [stream.value for stream in streams]
+    null = library.fopen(os.devnull.encode(), b"w")
+    for stream in streams:
+        stream.value = null
+    try:
+        yield
+    finally:
+        for stream, value in zip(streams, saved, strict=True):
+            stream.value = value
+
+
+def _disconnect(bullet: Any, client: int) -> None:
+    """Free a world, if nobody else has freed it."""
+    with contextlib.suppress(bullet.error):
+        bullet.disconnect(client)

@@ -1,0 +1,88 @@
+"""Inverse kinematics: end-effector paths -> joint angles, many paths at once.
+
+Differential damped least squares, followed from the home pose: each step takes the
+smallest joint motion that brings the end effector to the path's next point, so that
+the redundant third joint needs no rule of its own, and the pose at the end depends on
+the way there.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from msc._arrays import to_floats
+
+DAMPING = 0.02  # m; where the arm is nearly singular, joints stay slow, the path is cut
+MAX_JOINT_STEP = 0.4  # rad; at 60 Hz 24 rad/s, only met by paths out of reach
+
+
+def inverse_kinematics(
+    path: ArrayLike, home: ArrayLike, link_lengths: ArrayLike
+) -> NDArray[np.float64]:
+    """Follow end-effector paths with the arm's joints.
+
+    Parameters
+    ----------
+    path : array_like of shape (..., n_times, 2)
+        Where the end effector should be (m). The first point is the home pose's.
+    home : array_like of shape (3,)
+        Joint angles at the first point (rad).
+    link_lengths : array_like of shape (3,)
+        Lengths of the links (m).
+
+    Returns
+    -------
+    ndarray of shape (..., n_times, 3)
+        Joint angles (rad).
+
+    Notes
+    -----
+    Points of the plane are complex numbers here. With the Jacobian's columns j₁, j₂,
+    j₃ and the error e, the step is dqₖ = Re(conj(jₖ) y), where y solves
+    (J Jᵀ + damping²) y = e, that is p y + r conj(y) = e with
+    p = Σ|jₖ|²/2 + damping² and r = Σ jₖ²/2. See [1]_.
+
+    References
+    ----------
+    .. [1] Y. Nakamura, H. Hanafusa, "Inverse kinematic solutions with singularity
+       robustness for robot manipulator control", J. Dyn. Syst. Meas. Control, 1986.
+
+    Examples
+    --------
+    >>> path, home = [[1.2, 1.0], [1.19, 1.01]], [0, 0.5, 0.8]
+    >>> joints = inverse_kinematics(path, home, [1, 1, 0.5])
+    >>> joints.shape
+    (2, 3)
+    """
+    points = to_floats("path", path)
+    targets = points[..., 0] + 1j * points[..., 1]
+    targets = np.moveaxis(targets, -1, 0).reshape(points.shape[-2], -1)
+    shape = 3, targets.shape[1]
+    joints = np.empty((len(targets), *shape))
+    joints[0] = np.reshape(home, (3, 1))
+    # Constants in full, room for what comes in between: see `msc.robot._dynamics`.
+    lengths = np.reshape(link_lengths, (3, 1)).repeat(shape[1], axis=1).astype(complex)
+    limit, unit = np.full(shape, MAX_JOINT_STEP), np.full(shape, 1j)
+    half = np.full((2, shape[1]), 0.5 + 0j)
+    arms, turned = np.empty((2, *shape), dtype=complex)
+    squares, moduli = products = np.empty((2, *shape), dtype=complex)
+    upper, middle, lower = arms
+    for before, after, target in zip(joints, joints[1:], targets[1:], strict=False):
+        arms.real = 0.0
+        np.add.accumulate(before, out=arms.imag)
+        np.multiply(lengths, np.exp(arms, out=arms), out=arms)  # the links
+        middle += lower
+        upper += middle  # now arms[k] points from joint k to the end effector
+        error = target - upper
+        arms *= unit  # the Jacobian's columns
+        np.conjugate(arms, out=turned)
+        np.multiply(arms, arms, out=squares)
+        np.multiply(arms, turned, out=moduli)
+        r, p = half * np.add.reduce(products, axis=1)
+        p = p.real + DAMPING**2
+        y = (p * error - r * error.conj()) / (p * p - (r * r.conj()).real)
+        step = np.minimum((turned * y).real, limit)
+        np.add(before, np.maximum(step, -limit), out=after)
+    joints = joints.reshape(len(targets), 3, *points.shape[:-2])
+    return np.moveaxis(joints, (0, 1), (-2, -1))

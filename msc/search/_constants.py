@@ -1,0 +1,201 @@
+"""How the world's two free constants were fixed: by measurements made beforehand."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from itertools import count
+from typing import Any
+
+import numpy as np
+from joblib import Parallel, delayed
+from numpy.typing import NDArray
+from tqdm import tqdm
+
+from msc._parallel import telling_of_killed_workers
+from msc.data import find_jumps
+from msc.robot import (
+    DMP,
+    Workspace,
+    clearance,
+    forward_kinematics,
+    inverse_kinematics,
+    random_circles,
+)
+from msc.search._cmaes import CmaRun, Costs, minimise
+from msc.search._policy import (
+    ENERGY_WEIGHT,
+    ERROR_WEIGHT,
+    FIRST_STEP,
+    SMALL_STEP,
+    initial_covariance,
+    random_start,
+    search_policy,
+)
+from msc.search._sweep import grid
+
+N_TASKS = 72  # on the circle, of every layout
+KNOT = 1 / 60  # s; step of the plans looked at
+DEPTH_WEIGHT = 100.0  # 1/(m s); a centimetre deep for a tenth of a second costs 0.1
+MAX_DEPTH = 0.002  # m; an arm that has to enter an obstacle deeper cannot reach
+
+MAX_DISTANCE = 0.01  # m; farther from its target a task counts as unreachable
+MIN_JUMPS = 3  # the premise of the paper's Experiment 2
+
+
+def locate_cut(*, seed: int = 0, jobs: int = 1) -> dict[str, Any]:
+    """Find where reaching round either side of the base costs the same.
+
+    The free circle is walked from both sides, each search starting from the policy
+    before, until each walk is well past the other: two branches of policies, one for
+    either side.
+
+    Parameters
+    ----------
+    seed : int, default=0
+        Seed of the searches.
+    jobs : int, default=1
+        Worker processes, of which two are of use.
+
+    Returns
+    -------
+    dict
+        The costs of both branches over world angles, the angle of the tie (degrees)
+        and the constant: that angle rounded up to the next half degree, so that no
+        task of a one-degree grid lies at the tie.
+    """
+    middle = 45.0  # opposite the end effector's home; the tie is near
+    angles = middle + 5.0 * np.arange(-12, 13)
+    walks = [angles, angles[::-1]]
+    with telling_of_killed_workers():
+        below, above = Parallel(n_jobs=min(jobs, 2))(
+            delayed(_walk)(walk.tolist(), seed) for walk in walks
+        )
+    advantage = np.array(below) - np.array(above[::-1])
+    tie = float(np.interp(0.0, advantage, angles))
+    return {
+        "world_angle_deg": angles.tolist(),
+        "cost_from_below": below,
+        "cost_from_above": above[::-1],
+        "tie_deg": tie,
+        "cut_deg": math.ceil(2 * tie) / 2,
+        "seed": seed,
+    }
+
+
+def choose_layout(*, seed: int = 0, jobs: int = 1) -> dict[str, Any]:
+    """Find the first layout of obstacles that fulfils the premise of Experiment 2.
+
+    Layouts 0, 1, 2, … are searched until one is found whose tasks are all reachable
+    and whose policies have at least three jumps besides the cut. To look at many, the
+    arm is taken to do exactly what is planned, and the depth to which a link enters an
+    obstacle is penalised; the searches in PyBullet then have to confirm the premise.
+
+    Parameters
+    ----------
+    seed : int, default=0
+        Seed of the searches.
+    jobs : int, default=1
+        Worker processes; layouts are looked at that many at a time.
+
+    Returns
+    -------
+    dict
+        The layout chosen, and for each one looked at its jumps and largest distance.
+    """
+    looked_at: list[dict[str, Any]] = []
+    layouts = count()
+    with telling_of_killed_workers(), tqdm(desc="layouts", unit="layout") as bar:
+        while not any(layout["fit"] for layout in looked_at):
+            batch = [next(layouts) for _ in range(jobs)]
+            looked_at += Parallel(n_jobs=jobs)(
+                delayed(_look_at)(layout, N_TASKS, seed) for layout in batch
+            )
+            bar.update(jobs)
+    chosen = next(layout["layout"] for layout in looked_at if layout["fit"])
+    kept = [layout for layout in looked_at if layout["layout"] <= chosen]
+    return {"chosen": chosen, "n_tasks": N_TASKS, "seed": seed, "layouts": kept}
+
+
+def _look_at(layout: int, n_tasks: int, seed: int) -> dict[str, Any]:
+    """Search a layout without dynamics: two starts a task, then the neighbours'."""
+    dmp = DMP()
+    world = replace(Workspace.free(), circles=random_circles(layout))
+    tasks = grid(n_tasks)
+    best: list[CmaRun] = []
+    for task in tasks:
+        rng = np.random.default_rng([seed, layout, round(1000 * task)])
+        found: list[CmaRun] = []
+        for number in range(2):
+            mean = random_start(number, dmp, rng)
+            step = FIRST_STEP * dmp.spring
+            cost = _planned_cost(world, dmp, task)
+            shape = initial_covariance(world, task, dmp)
+            found.append(minimise(cost, mean, step, rng, shape, known=found))
+        best.append(min(found, key=lambda start: start.cost))
+    for k in [*range(n_tasks), *range(n_tasks)]:
+        rng = np.random.default_rng([seed, layout, 1, k])
+        for neighbour in (best[k - 1], best[(k + 1) % n_tasks]):
+            cost = _planned_cost(world, dmp, tasks[k])
+            step = SMALL_STEP * dmp.spring
+            shape = initial_covariance(world, tasks[k], dmp)
+            start = minimise(cost, neighbour.policy, step, rng, shape, known=[best[k]])
+            best[k] = min(best[k], start, key=lambda start: start.cost)
+    policies = np.array([start.policy for start in best])
+    jumps = find_jumps(tasks, policies)
+    _, path, depth = _plan(world, dmp, policies, np.array(tasks))
+    farthest = float(np.hypot(*(path[:, -1] - world.target(tasks)).T).max())
+    return {
+        "layout": layout,
+        "circles": [list(circle) for circle in world.circles],
+        "jumps_after_deg": [tasks[jump] for jump in jumps],
+        "largest_distance_m": farthest,
+        "largest_depth_m": float(depth.max()),
+        "fit": bool(
+            farthest < MAX_DISTANCE
+            and depth.max() < MAX_DEPTH
+            and len(jumps) >= MIN_JUMPS
+        ),
+    }
+
+
+def _planned_cost(world: Workspace, dmp: DMP, task: float) -> Costs:
+    """Give the cost of policies if the arm did what is planned."""
+
+    def costs(policies: NDArray[np.float64]) -> list[float]:
+        joints, path, depth = _plan(world, dmp, policies, np.full(len(policies), task))
+        energy = np.sum(np.diff(joints, axis=1) ** 2, axis=(1, 2)) / KNOT
+        missed = np.sum((path[:, -1] - world.target(task)) ** 2, axis=1)
+        planned = ERROR_WEIGHT * missed + ENERGY_WEIGHT * energy
+        return list(planned + DEPTH_WEIGHT * KNOT * depth.sum(axis=1))
+
+    return costs
+
+
+def _plan(
+    world: Workspace,
+    dmp: DMP,
+    policies: NDArray[np.float64],
+    tasks: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], ...]:
+    """Plan joints, the end effector's path and the depth of links in obstacles."""
+    times = np.arange(0, 1 + KNOT / 2, KNOT)
+    start = forward_kinematics(world.home, world.link_lengths)[-1]
+    path = dmp.path(policies, start, world.target(tasks), times)
+    joints = inverse_kinematics(path, world.home, world.link_lengths)
+    points = forward_kinematics(joints, world.link_lengths)
+    gaps = [clearance(points, circle) - circle.radius for circle in world.circles]
+    return joints, points[..., -1, :], np.maximum(0, -np.min(gaps, axis=0))
+
+
+def _walk(angles: list[float], seed: int) -> list[float]:
+    """Return the costs along a branch of policies."""
+    world = Workspace(cut_deg=0.0)
+    found = search_policy(world, angles[0], seed=seed)
+    costs = [found.cost]
+    for angle in angles[1:]:
+        found = search_policy(
+            world, angle, seed=seed, n_starts=0, start_policies=[found.policy]
+        )
+        costs.append(found.cost)
+    return costs

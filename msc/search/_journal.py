@@ -1,0 +1,171 @@
+"""What a search has finished so far, kept on disk so that it can be gone on with."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+from contextlib import ExitStack, suppress
+from dataclasses import asdict
+from pathlib import Path
+from typing import IO, Any
+
+import numpy as np
+
+from msc.search._cmaes import CmaRun
+from msc.search._policy import SearchResult
+from press import locked
+
+CODE = (
+    "_arrays",
+    "robot/_geometry",
+    "robot/_workspace",
+    "robot/_dmp",
+    "robot/_kinematics",
+    "robot/_dynamics",
+    "robot/_control",
+    "robot/_bullet",
+    "robot/_arm",
+    "search/_cmaes",
+    "search/_policy",
+    "search/_sweep",
+)
+_SEAL = len('{"digest": "", ') + 64  # bytes that a line's digest takes
+
+
+class Journal:
+    """Results of a search, one line of JSON each, under a line that names the search.
+
+    Each line has a digest of the rest of it and of the search, so that no other line is
+    ever taken for one. To be used as a context manager, which holds the file locked.
+
+    Parameters
+    ----------
+    path : Path or None
+        The file; None keeps nothing. One that belongs to another plan, or to other
+        code, is begun anew; what follows a line that was torn by a crash, or that this
+        search did not write, is dropped with it.
+    plan : object
+        What is searched; its `repr` identifies it.
+
+    Attributes
+    ----------
+    results : dict
+        What is done, by phase and task number.
+
+    Raises
+    ------
+    ValueError
+        If another process has the file locked.
+    """
+
+    def __init__(self, path: Path | None, plan: object) -> None:
+        self.results: dict[tuple[str, int], SearchResult] = {}
+        self._path = path
+        self._file: IO[bytes] | None = None
+        self._held = ExitStack()
+        if path is not None:
+            self._header = json.dumps({"plan": _fingerprint(plan)}).encode()
+            path.parent.mkdir(parents=True, exist_ok=True)
+            refusal = (
+                f"{path} is in use by another search; wait for it, stop it, or write "
+                "elsewhere"
+            )
+            path.touch()
+            with ExitStack() as held:
+                held.enter_context(locked(path, refusal))
+                self._file = held.enter_context(path.open("a+b"))
+                self._take_over(self._file)
+                self._held = held.pop_all()
+
+    def __enter__(self) -> Journal:
+        """Return the journal itself."""
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        """Let the file go."""
+        with suppress(OSError):  # of a line that could not be written, told before
+            self._held.close()
+
+    def append(self, phase: str, k: int, result: SearchResult) -> None:
+        """Keep a result.
+
+        Parameters
+        ----------
+        phase : str
+            The phase it belongs to.
+        k : int
+            The task's number.
+        result : SearchResult
+            What was found.
+
+        Raises
+        ------
+        OSError
+            If it cannot be written; what was kept before is left intact.
+        """
+        self.results[phase, k] = result
+        entry = {"phase": phase, "k": k, "result": asdict(result)}
+        if self._file is not None:
+            text = json.dumps(entry, default=np.ndarray.tolist).encode()
+            self._write(self._seal(text[1:]))
+
+    def _take_over(self, file: IO[bytes]) -> None:
+        """Take over what the file holds of this search, and drop the rest."""
+        file.seek(0)
+        lines = file.read().split(b"\n")
+        if lines[0] != self._header or len(lines) == 1:
+            file.truncate(0)
+            self._write(self._header)
+            return
+        whole = len(self._header) + 1
+        for line in lines[1:-1]:
+            if line != self._seal(line[_SEAL:]):
+                break
+            entry = json.loads(line)
+            self.results[entry["phase"], entry["k"]] = _result(entry["result"])
+            whole += len(line) + 1
+        file.truncate(whole)
+
+    def _seal(self, rest: bytes) -> bytes:
+        """Begin a line with the digest of its rest and of the search."""
+        digest = hashlib.sha256(self._header + rest).hexdigest()
+        return b'{"digest": "%b", %b' % (digest.encode(), rest)
+
+    def _write(self, line: bytes) -> None:
+        """Append a line at once."""
+        if self._file is None:
+            return
+        try:
+            self._file.write(line + b"\n")
+            self._file.flush()
+        except OSError as error:
+            raise OSError(error.errno, error.strerror, str(self._path)) from None
+
+
+def _result(entry: dict[str, Any]) -> SearchResult:
+    """Rebuild a result from its JSON."""
+    starts = tuple(
+        CmaRun(**{**start, "policy": np.array(start["policy"])})
+        for start in entry["starts"]
+    )
+    fields = {**entry, "policy": np.array(entry["policy"]), "starts": starts}
+    return SearchResult(**fields)
+
+
+def identify_code() -> str:
+    """Identify the code that a search runs.
+
+    Returns
+    -------
+    str
+        A digest of the modules that its outcome depends on.
+    """
+    digest = hashlib.sha256()
+    for name in CODE:
+        digest.update((Path(__file__).parents[1] / f"{name}.py").read_bytes())
+    return digest.hexdigest()
+
+
+def _fingerprint(plan: object) -> str:
+    """Identify a plan together with the code that carries it out."""
+    return hashlib.sha256(f"{plan!r} {identify_code()}".encode()).hexdigest()

@@ -1,0 +1,265 @@
+"""The search of many tasks: parallel, resumable, the same whatever the workers.
+
+From coarse to fine: first tasks about five degrees apart, from several independent
+starts each, then those between, from the policies on either side and an independent
+start, and from all of them where these disagree. After either, the consistency pass:
+tasks in even places, then those in odd places, are searched again from their
+neighbours' policies, keeping whatever costs least, until no behaviour spreads any
+further. The pass only lowers costs, and its order does not depend on which worker is
+done first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike, NDArray
+from tqdm import tqdm
+
+from msc.data import WEIGHTS
+from msc.robot import Workspace
+from msc.search._cmaes import NEAR
+from msc.search._journal import Journal
+from msc.search._policy import (
+    ENERGY_WEIGHT,
+    ERROR_WEIGHT,
+    SearchResult,
+    search_policy,
+)
+from msc.search._workers import Run, open_workers
+
+COARSE_DEG = 5.0  # between tasks that are searched without a neighbour's policy
+MAX_SWEEPS = 24  # of each pass; it has always come to rest earlier
+_NEIGHBOURS = ("task before", "task after")  # the policies given to a search
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What to search, and all that the outcome depends on.
+
+    Parameters
+    ----------
+    workspace : Workspace
+        The world.
+    tasks_deg : tuple of float
+        Task angles (degrees).
+    seed : int
+        Seed of every draw.
+    n_starts : int
+        Independent starts a task, where no neighbour is known or starts disagree.
+    guide : tuple of (float, tuple of float)
+        Tasks and policies found earlier: neighbours that are known from the beginning.
+    """
+
+    workspace: Workspace
+    tasks_deg: tuple[float, ...]
+    seed: int
+    n_starts: int = 3
+    guide: tuple[tuple[float, tuple[float, ...]], ...] = ()
+
+
+def grid(n_tasks: int, offset_deg: float = 0.0) -> tuple[float, ...]:
+    """Space task angles evenly.
+
+    Parameters
+    ----------
+    n_tasks : int
+        How many.
+    offset_deg : float, default=0.0
+        The first angle (degrees).
+
+    Returns
+    -------
+    tuple of float
+        Angles in [0, 360) (degrees).
+
+    Raises
+    ------
+    ValueError
+        If there are fewer than two, or the offset reaches past the first step.
+
+    Examples
+    --------
+    >>> grid(4, offset_deg=7.5)
+    (7.5, 97.5, 187.5, 277.5)
+    """
+    if n_tasks < 2:
+        raise ValueError(f"tasks={n_tasks}; wanted at least 2")
+    if not 0 <= offset_deg < 360 / n_tasks:
+        raise ValueError(
+            f"offset={offset_deg}; wanted degrees from 0 to below {360 / n_tasks:g}"
+        )
+    return tuple(offset_deg + 360 * k / n_tasks for k in range(n_tasks))
+
+
+def search_tasks(
+    plan: Plan,
+    *,
+    jobs: int = 1,
+    dask: str | None = None,
+    journal: Path | None = None,
+    progress: bool = False,
+) -> pd.DataFrame:
+    """Search the policies of many tasks.
+
+    Parameters
+    ----------
+    plan : Plan
+        What to search.
+    jobs : int, default=1
+        Worker processes; the result does not depend on them.
+    dask : str, optional
+        Address of a Dask scheduler, ``"tcp://host:port"``, whose workers do the work
+        instead.
+    journal : Path, optional
+        File that keeps what is done, so that an interrupted search goes on from there.
+        It is removed at the end by whoever keeps the table.
+    progress : bool, default=False
+        Whether to show progress bars on standard error.
+
+    Returns
+    -------
+    DataFrame
+        One row a task, with the columns of `msc.data.COLUMNS`.
+
+    Raises
+    ------
+    ValueError
+        If the journal is in use by another search, or `dask` is not installed.
+    """
+    tasks, n_tasks = plan.tasks_deg, len(plan.tasks_deg)
+    stride = 1 if plan.guide else max(1, round(COARSE_DEG * n_tasks / 360))
+    levels = [range(0, n_tasks, step) for step in sorted({stride, 1}, reverse=True)]
+    results: dict[int, SearchResult] = {}
+    with open_workers(jobs, dask) as run, Journal(journal, plan) as done:
+        search = partial(_batch, plan, run, done, progress=progress)
+        for level, ring in enumerate(levels):
+            new = [k for k in ring if k not in results]
+            known: list[tuple[float, ArrayLike]] = list(plan.guide)
+            known += [(tasks[k], result.policy) for k, result in results.items()]
+            work: _Work = {k: (_on_either_side(known, tasks[k]), None) for k in new}
+            phase = f"level {level}"
+            results |= search(phase, work)
+            _make_consistent(search, phase, ring, results)
+    return pd.DataFrame([_row(plan.seed, tasks[k], results[k]) for k in range(n_tasks)])
+
+
+def _make_consistent(
+    search: Callable[[str, _Work], dict[int, SearchResult]],
+    level: str,
+    ring: Sequence[int],
+    results: dict[int, SearchResult],
+) -> None:
+    """Search tasks again from their neighbours' policies until nothing spreads."""
+    stale = set(range(len(ring)))
+    for sweep in range(MAX_SWEEPS):
+        turn = [place for place in sorted(stale) if place % 2 == sweep % 2]
+        work: _Work = {
+            ring[place]: (
+                (
+                    results[ring[place - 1]].policy,
+                    results[ring[(place + 1) % len(ring)]].policy,
+                ),
+                results[ring[place]],
+            )
+            for place in turn
+        }
+        better = search(f"{level}, sweep {sweep}", work)
+        stale -= set(turn)
+        for place in turn:
+            k = ring[place]
+            if _differ(better[k], results[k]):
+                stale |= {(place - 1) % len(ring), (place + 1) % len(ring)}
+        results |= better
+        if not stale:
+            break
+
+
+_Work = dict[int, tuple[Sequence[NDArray[np.float64]], SearchResult | None]]
+
+
+def _batch(
+    plan: Plan, run: Run, done: Journal, phase: str, work: _Work, *, progress: bool
+) -> dict[int, SearchResult]:
+    """Search the tasks of one phase, those that the journal knows excepted."""
+    known = {k: done.results[phase, k] for k in work if (phase, k) in done.results}
+    calls = [(plan, k, *given) for k, given in work.items() if k not in known]
+    bar = tqdm(
+        run(_search, calls),
+        desc=phase,
+        initial=len(known),
+        total=len(work),
+        unit="task",
+        disable=not progress or len(known) == len(work),
+    )
+    for k, result in bar:
+        done.append(phase, k, result)
+        known[k] = result
+    return known
+
+
+def _search(
+    plan: Plan,
+    k: int,
+    start_policies: Sequence[NDArray[np.float64]],
+    incumbent: SearchResult | None,
+) -> tuple[int, SearchResult]:
+    """Search one task, in a worker."""
+    workspace, task, seed = plan.workspace, plan.tasks_deg[k], plan.seed
+    result = search_policy(
+        workspace,
+        task,
+        seed=seed,
+        n_starts=0 if incumbent else 1 if start_policies else plan.n_starts,
+        start_policies=start_policies,
+        incumbent=incumbent,
+    )
+    if not incumbent and start_policies and result.n_agreeing < len(result.starts):
+        result = search_policy(
+            workspace, task, seed=seed, n_starts=plan.n_starts - 1, incumbent=result
+        )
+    return k, result
+
+
+def _differ(one: SearchResult, other: SearchResult) -> bool:
+    """Whether two results are different behaviours, not one a little further on."""
+    apart = np.linalg.norm(one.policy - other.policy)
+    return bool(apart > NEAR * np.linalg.norm(other.policy))
+
+
+def _on_either_side(
+    known: Sequence[tuple[float, ArrayLike]], task: float
+) -> tuple[NDArray[np.float64], ...]:
+    """Return the known policies next to a task, before and after it."""
+    if not known:
+        return ()
+    before = min(known, key=lambda other: (task - other[0]) % 360)
+    after = min(known, key=lambda other: (other[0] - task) % 360)
+    return np.asarray(before[1]), np.asarray(after[1])
+
+
+def _row(seed: int, task: float, result: SearchResult) -> dict[str, Any]:
+    """Put a result into columns."""
+    kind, _, number = result.winner.partition(" ")
+    return {
+        "task_deg": task,
+        **dict(zip(WEIGHTS, result.policy.tolist(), strict=True)),
+        "distance_m": result.error,
+        "energy_rad2_per_s": result.energy,
+        "cost": result.cost,
+        "cost_distance": ERROR_WEIGHT * result.error**2,
+        "cost_energy": ENERGY_WEIGHT * result.energy,
+        "contact_impulse_n_s": result.contact_impulse,
+        "evaluations": result.evaluations,
+        "starts": len(result.starts),
+        "starts_agreeing": result.n_agreeing,
+        "margin": result.margin,
+        "winner": _NEIGHBOURS[int(number)] if kind == "given" else result.winner,
+        "seed": seed,
+    }

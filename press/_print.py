@@ -1,0 +1,248 @@
+"""The book on paper: all pages as one, with a title page and contents, and as a PDF.
+
+Chromium prints it, as `print.css` says. Sliders give way to their pictures, what is
+folded is opened, links between pages become links within the document, and its bytes
+depend on the book alone.
+"""
+
+from __future__ import annotations
+
+import html as markup
+import re
+import shutil
+import subprocess
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+from urllib.parse import unquote
+
+import yaml
+
+from press._book import IN_USE, page_names
+from press._chapters import BookError
+from press._environment import environment
+from press._files import locked
+from press._release import release_name
+
+BROWSERS = ("chromium", "chromium-browser", "google-chrome")
+_STYLE = Path(__file__).with_name("print.css")
+_EPOCH = b"D:20000101000000"  # the same for every PDF, as long as what Chromium writes
+
+
+def print_book(root: Path) -> Path:
+    """Print the built book as a PDF.
+
+    Parameters
+    ----------
+    root : Path
+        The repository, whose `_build/html` holds the book.
+
+    Returns
+    -------
+    Path
+        The PDF, in `_build/release/`.
+
+    Raises
+    ------
+    FileNotFoundError
+        If the book is not built, or there is no Chromium.
+    ValueError
+        If the book is being built.
+    BookError
+        If Chromium prints nothing.
+    """
+    build = root.resolve() / "_build"
+    browser = next(filter(None, map(shutil.which, BROWSERS)), None)
+    if browser is None:
+        raise FileNotFoundError(
+            f"no browser to print with: none of {', '.join(BROWSERS)} is installed"
+        )
+    toc = yaml.safe_load((root / "_toc.yml").read_text(encoding="utf-8"))
+    config = yaml.safe_load((root / "_config.yml").read_text(encoding="utf-8"))
+    text = one_page(build / "html", toc, config["title"], config["author"])
+    page = build / "book.html"
+    target = build / "release" / f"{release_name(root)}.pdf"
+    target.parent.mkdir(exist_ok=True)
+    with locked(build, IN_USE.format(build)):
+        page.write_text(text, encoding="utf-8")
+        target.unlink(missing_ok=True)
+        said = _print(browser, page, target)
+        if not target.exists():
+            last_words = (said.strip() or "it said nothing").splitlines()[-1]
+            raise BookError(f"{Path(browser).name} printed nothing: {last_words}")
+        target.write_bytes(without_dates(target.read_bytes()))
+    return target
+
+
+def without_dates(pdf: bytes) -> bytes:
+    """Replace the dates in a PDF by a fixed one.
+
+    Parameters
+    ----------
+    pdf : bytes
+        What Chromium printed.
+
+    Returns
+    -------
+    bytes
+        As many bytes.
+
+    Examples
+    --------
+    >>> without_dates(b"<</CreationDate (D:20261122220550+00'00')>>")
+    b"<</CreationDate (D:20000101000000+00'00')>>"
+    """
+    return re.sub(rb"(/(?:Creation|Mod)Date ?\()D:\d{14}", rb"\1" + _EPOCH, pdf)
+
+
+def one_page(html: Path, toc: Mapping[str, Any], title: str, author: str) -> str:
+    """Join the pages of the book.
+
+    Parameters
+    ----------
+    html : Path
+        Folder of the finished book; the page is to stand beside it.
+    toc : mapping
+        Table of contents.
+    title, author : str
+        What the title page says.
+
+    Returns
+    -------
+    str
+        HTML.
+
+    Raises
+    ------
+    FileNotFoundError
+        If a page is missing: the book has to be built first.
+    """
+    names = page_names(toc)
+    if missing := [name for name in names if not (html / f"{name}.html").is_file()]:
+        raise FileNotFoundError(
+            f"{html} has no {missing[0]}.html: build the book first, by `make book`"
+        )
+    pages = {n: (html / f"{n}.html").read_text(encoding="utf-8") for n in names}
+    head = re.search(r"<head>(.*?)</head>", pages[names[0]], re.DOTALL)
+    styles = re.findall(r'<link[^>]*rel="stylesheet"[^>]*>', head[1] if head else "")
+    everything = "".join(pages.values())
+    # MathJax and its settings, from whichever page has an equation.
+    scripts = [
+        found[0]
+        for pattern in (
+            r"<script>window\.MathJax.*?</script>",
+            r'<script[^>]*src="[^"]*mathjax[^"]*"[^>]*></script>',
+        )
+        if (found := re.search(pattern, everything))
+    ]
+    bodies = [
+        f'<article class="bd-article" id="{markup.escape(name)}">'
+        f"{_body(name, text, names)}</article>"
+        for name, text in pages.items()
+    ]
+    titles = {name: _title(text) for name, text in pages.items()}
+    front = (
+        f'<header class="msc-title"><h1>{markup.escape(title)}</h1>'
+        f"<p>{markup.escape(author)}</p>"
+        '<img src="_static/reach.png" alt=""></header>'
+        f'<nav class="msc-contents"><h1>Contents</h1>{_contents(toc, titles)}</nav>'
+    )
+    page = "\n".join(
+        [
+            '<!DOCTYPE html>\n<html lang="en" data-theme="light" data-mode="light">',
+            f'<head><meta charset="utf-8"><title>{markup.escape(title)}</title>',
+            *styles,
+            f"<style>{_STYLE.read_text(encoding='utf-8')}</style>",
+            *scripts,
+            f"</head>\n<body>{front}",
+            *bodies,
+            "</body></html>\n",
+        ]
+    )
+    return re.sub(r'((?:src|<link[^>]*href)=")(?=_)', rf"\1{html.name}/", page)
+
+
+def _print(browser: str, page: Path, target: Path) -> str:
+    """Print a page as a PDF; return what the browser wrote to stderr."""
+    with tempfile.TemporaryDirectory(prefix="msc-") as profile:
+        return subprocess.run(
+            [
+                browser,
+                "--headless",
+                "--no-sandbox",
+                "--disable-gpu",
+                "--disable-background-networking",
+                "--no-first-run",
+                "--no-pdf-header-footer",
+                "--generate-pdf-document-outline",
+                "--virtual-time-budget=60000",
+                f"--user-data-dir={profile}",
+                f"--print-to-pdf={target}",
+                page.as_uri(),
+            ],
+            env=environment(page.with_name("cache")),
+            capture_output=True,
+            encoding="utf-8",
+            errors="replace",
+            check=False,
+        ).stderr
+
+
+def _contents(toc: Mapping[str, Any], titles: Mapping[str, str]) -> str:
+    """Write links to all pages, part by part."""
+
+    def links(entries: Any) -> str:
+        items = [
+            f'<li><a href="#{markup.escape(name)}">{titles[name]}</a></li>'
+            for name in page_names(entries)
+        ]
+        return f"<ul>{''.join(items)}</ul>"
+
+    text = links([{"root": toc["root"]}]) if "root" in toc else ""
+    for part in toc.get("parts") or [{"chapters": toc.get("chapters", [])}]:
+        if "caption" in part:
+            text += f"<p>{markup.escape(part['caption'])}</p>"
+        text += links(part["chapters"])
+    return text
+
+
+def _title(page: str) -> str:
+    """Return the text of a page's first heading."""
+    found = re.search(r"<h1>(.*?)</h1>", page, re.DOTALL)
+    heading = re.sub(r'<a class="headerlink".*?</a>', "", found[1] if found else "")
+    return re.sub(r"<[^>]+>", "", heading).strip()
+
+
+def _body(name: str, page: str, names: Sequence[str]) -> str:
+    """Return a page's text with names and links that hold in the whole document."""
+    found = re.search(r"<article[^>]*>(.*)</article>", page, re.DOTALL)
+    text = found[1] if found else ""
+    text = re.sub(r"<script.*?</script>", "", text, flags=re.DOTALL)
+    text = re.sub(r'<a class="headerlink".*?</a>', "", text, flags=re.DOTALL)
+    text = re.sub(r"<button.*?</button>", "", text, flags=re.DOTALL)
+    text = re.sub(r"<details\b", "<details open", text)
+    # A film would be caught at any moment; it has a picture beside it.
+    text = re.sub(r'src="_images/(\w+)\.gif"', r'src="_static/\1.png"', text)
+    text = re.sub(
+        r'(\s(?:id|for|name|aria-labelledby)=")',
+        lambda found: f"{found[1]}{markup.escape(name)}--",
+        text,
+    )
+
+    def link(match: re.Match[str]) -> str:
+        before, address, after, content = match.groups()
+        file, _, anchor = unquote(markup.unescape(address)).partition("#")
+        target = file.removesuffix(".html") if file else name
+        if target in names:
+            address = markup.escape(f"#{target}--{anchor}" if anchor else f"#{target}")
+        elif not re.match(r"[a-z]+:", address):  # a file beside the book
+            return f"<span>{content}</span>"
+        return f'<a{before}href="{address}"{after}>{content}</a>'
+
+    return re.sub(
+        r'<a((?:\s[^>]*?)?\s)href="([^"]*)"([^>]*)>(.*?)</a>',
+        link,
+        text,
+        flags=re.DOTALL,
+    )
