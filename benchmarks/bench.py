@@ -13,7 +13,6 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-import msc.cmaes
 import mujoco_arm
 from learners import measure_fits, measure_skills, measure_smce
 from naive import N_PHYSICS_STEPS
@@ -21,6 +20,7 @@ from rollouts import POPULATION, measure_memory, measure_rollouts
 from searches import measure_growth, measure_searches, measure_skill
 from threadpoolctl import threadpool_limits
 
+import msc.search._cmaes
 import msc.search._sweep
 from msc import Workspace
 from msc.plots import growth_table, learner_table, rollout_table, smce_table, task_table

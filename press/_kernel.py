@@ -81,7 +81,7 @@ def source_of(path: str) -> str:
 
     Examples
     --------
-    >>> source_of("/msc/__pycache__/dmp.cpython-311.pyc")
+    >>> source_of("/msc/robot/__pycache__/_dmp.cpython-311.pyc")
     '/msc/robot/_dmp.py'
     >>> source_of("/data/free.csv")
     '/data/free.csv'

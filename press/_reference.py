@@ -79,13 +79,15 @@ def mend_backlinks(html: Path) -> None:
     if not page.is_file():
         return
     known = set(re.findall(r'id="(msc\.[\w.]+)"', page.read_text(encoding="utf-8")))
-    for source in (html / "_modules" / "msc").glob("*.html"):
+    for source in (html / "_modules" / "msc").rglob("*.html"):
+        floor = source.parent.name
 
-        def mend(link: re.Match[str], module: str = source.stem) -> str:
-            return link[1] if link[1] in known else f"msc.{module}.{link[2]}"
+        def mend(link: re.Match[str], floor: str = floor) -> str:
+            return link[1] if link[1] in known else f"msc.{floor}.{link[2]}"
 
         text = source.read_text(encoding="utf-8")
-        text = re.sub(r"(?<=api\.html#)(msc\.([\w.]+))", mend, text)
+        pattern = rf"(?<=api\.html#)(msc\.(?:{floor}\.)?(?:_\w+\.)?([\w.]+))"
+        text = re.sub(pattern, mend, text)
         source.write_text(text, encoding="utf-8")
 
 

@@ -1,11 +1,11 @@
 """One small example of every figure and slider: what it needs, and a call."""
 
-import msc.cmaes
 import numpy as np
 import pandas as pd
 import pytest
 
 import msc.plots._executed
+import msc.search._cmaes
 from msc import SMCE, Arm, Workspace, load_dataset
 from msc.data import load_results, make_two_arcs
 from msc.plots import (

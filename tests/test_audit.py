@@ -1,7 +1,7 @@
-import msc.audit
 import numpy as np
 import pytest
 
+import msc.search._audit
 import msc.search._bisection
 from msc import SearchResult, Workspace, load_dataset
 from msc.data import find_data, save_table

@@ -23,8 +23,8 @@ WRITE = """
 import sys
 from pathlib import Path
 from msc import Arm, Workspace
-from msc.camera import save_film
-from msc.scene import Scene
+from msc.plots._camera import save_film
+from msc.plots._scene import Scene
 
 world = Workspace.obstacles()
 scene = Scene(world, world.target(200), size=120)

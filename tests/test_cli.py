@@ -7,17 +7,17 @@ import sys
 import time
 from pathlib import Path
 
-import msc.camera
-import msc.cli_search
-import msc.cmaes
-import msc.dataset
 import numpy as np
 import pandas as pd
 import pytest
 from PIL import Image
 
 import msc.cli
+import msc.cli._search
+import msc.plots._camera
+import msc.search._cmaes
 import msc.search._constants
+import msc.search._sweep
 from msc import load_dataset
 from msc.cli import main
 from msc.data import find_data, save_table

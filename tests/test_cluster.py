@@ -13,10 +13,10 @@ import time
 from contextlib import contextmanager
 from pathlib import Path
 
-import msc.cmaes
-import msc.dataset
 import pytest
 
+import msc.search._cmaes
+import msc.search._sweep
 import msc.search._workers
 from msc.cli import main
 from msc.search._journal import Journal

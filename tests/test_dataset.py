@@ -7,14 +7,14 @@ from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 
-import msc.cmaes
-import msc.dataset
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import msc.search._cmaes
 import msc.search._policy
+import msc.search._sweep
 from msc import SearchResult, Workspace
 from msc.cli import main
 from msc.data._tables import COLUMNS

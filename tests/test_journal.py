@@ -22,7 +22,7 @@ plan = Plan(Workspace.free(), grid(4), seed=0, n_starts=1)
 HOLDER = """
 import subprocess, sys, time
 from pathlib import Path
-from msc.journal import Journal
+from msc.search._journal import Journal
 
 with Journal(Path(sys.argv[1]), "plan"):
     child = subprocess.Popen(["sleep", "20"])
@@ -208,8 +208,9 @@ def test_another_plan_is_begun_anew(other, path):
 def test_other_code_is_begun_anew(name, path, tmp_path, monkeypatch):
     package = tmp_path / "msc"
     write(path)
-    shutil.copytree(Path(msc.search._journal.__file__).parent, package)
-    monkeypatch.setattr(msc.search._journal, "__file__", str(package / "journal.py"))
+    shutil.copytree(Path(msc.search._journal.__file__).parents[1], package)
+    there = str(package / "search" / "_journal.py")
+    monkeypatch.setattr(msc.search._journal, "__file__", there)
     assert read(path)
     with (package / f"{name}.py").open("a", encoding="utf-8") as file:
         file.write("# changed\n")

@@ -1,4 +1,4 @@
-"""The modules stand in a row, and each imports only from those before it."""
+"""The floors of the house: imports go down only, and through the faces."""
 
 import ast
 from pathlib import Path
@@ -7,183 +7,111 @@ import pytest
 
 from msc.search._journal import CODE
 
-PACKAGE = Path(__file__).parents[1] / "msc"
+ROOT = Path(__file__).parents[1]
 
-ROW = [
-    "parallel",
-    "files",
-    "arrays",
-    "escapes",
-    "sampling",
-    "geometry",
-    "workspace",
-    "dmp",
-    "kinematics",
-    "dynamics",
-    "control",
-    "bullet",
-    "arm",
-    "rays",
-    "scene",
-    "camera",
-    "cmaes",
-    "search",
-    "generations",
-    "journal",
-    "workers",
-    "tables",
-    "results",
-    "dataset",
-    "jumps",
-    "survey",
-    "bisection",
-    "audit",
-    "movements",
-    "validation",
-    "copies",
-    "spectral",
-    "interior",
-    "reconstruction",
-    "smce",
-    "gaussian",
-    "skill",
-    "crkr",
-    "elbows",
-    "elbow_parts",
-    "gates",
-    "pieces",
-    "toys",
-    "methods",
-    "comparison",
-    "execution",
-    "trial",
-    "evaluation",
-    "cells",
-    "profiles",
-    "study",
-    "effects",
-    "lookups",
-    "measured",
-    "claim_file",
-    "verdicts",
-    "claims",
-    "claims_page",
-    "looks",
-    "plots_world",
-    "plots",
-    "audit_tables",
-    "study_tables",
-    "cost_tables",
-    "plots_study",
-    "scrubber",
-    "marks",
-    "plots_scrubber",
-    "plots_costs",
-    "plots_arm",
-    "plots_weights",
-    "plots_curves",
-    "plots_skill",
-    "plots_predicted",
-    "plots_generations",
-    "plots_generations_scrubber",
-    "plots_graph",
-    "plots_graph_scrubber",
-    "plots_audit",
-    "plots_movements",
-    "plots_charts",
-    "schema",
-    "notebook",
-    "checks",
-    "environment",
-    "kernel",
-    "record",
-    "opening",
-    "chapters",
-    "reference",
-    "source_pages",
-    "headings",
-    "rendering",
-    "figures",
-    "provenance",
-    "book",
-    "release",
-    "print_book",
-    "cli_options",
-    "cli_search",
-    "cli_book",
-    "cli",
+# Each may import from those before it, and of other floors what their faces offer.
+FLOORS = [
+    "press",
+    "msc._arrays",
+    "msc._parallel",
+    "msc.robot",
+    "msc.learn",
+    "msc.data",
+    "msc.search",
+    "msc.estimates",
+    "msc.study",
+    "msc.claims",
+    "msc.plots",
+    "msc.cli",
 ]
-ROBOT = set(ROW[ROW.index("geometry") : ROW.index("validation")]) - {"tables", "jumps"}
-LEARNERS = {
-    "validation",
-    "copies",
-    "spectral",
-    "interior",
-    "reconstruction",
-    "smce",
-    "gaussian",
-    "skill",
-    "crkr",
-    "elbows",
-    "elbow_parts",
-    "gates",
-    "sampling",
-    "pieces",
-    "toys",
-    "methods",
+ONLY_IN = {
+    "pybullet": "msc.robot._bullet",
+    "pybullet_data": "msc.robot._bullet",
+    "pybullet_utils": "msc.robot._bullet",
+    "cma": "msc.search._cmaes",
 }
 OTHER_OPEN = {"Image.open", "os.open", "self._open", "webbrowser.open"}  # of no text
-ONLY_IN = {
-    "pybullet": {"bullet"},
-    "pybullet_data": {"bullet"},
-    "pybullet_utils": {"bullet"},
-    "cma": {"cmaes"},
+
+
+def dotted(path: Path) -> str:
+    return ".".join(path.relative_to(ROOT).with_suffix("").parts)
+
+
+MODULES = {
+    dotted(path): path
+    for package in ("msc", "press")
+    for path in sorted((ROOT / package).rglob("*.py"))
+    if path.stem not in ("__init__", "__main__") or path.parent.name == "cli"
 }
 
-MODULES = sorted(path.stem for path in PACKAGE.glob("*.py") if path.stem[0] != "_")
+
+def floor_of(name: str) -> str:
+    """Return the floor of a module: its folder, or itself if it stands alone."""
+    if name.split(".", maxsplit=1)[0] == "press":
+        return "press"
+    return ".".join(name.split(".")[:2])
 
 
-def imported(name: str) -> tuple[set[str], set[str]]:
-    """Return what `msc/<name>.py` imports anywhere: from msc, and from elsewhere."""
-    own, others = set(), set()
-    for node in ast.walk(ast.parse((PACKAGE / f"{name}.py").read_text("utf-8"))):
+def imported(name: str) -> list[tuple[str, str]]:
+    """Return what a module imports anywhere: from which module, and which name."""
+    found = []
+    for node in ast.walk(ast.parse(MODULES[name].read_text("utf-8"))):
         if isinstance(node, ast.Import):
-            names = [alias.name for alias in node.names]
-        elif isinstance(node, ast.ImportFrom) and node.module == "msc":
-            names = [f"msc.{alias.name}" for alias in node.names]
+            found += [(alias.name, "") for alias in node.names]
         elif isinstance(node, ast.ImportFrom):
-            assert node.level == 0, f"msc/{name}.py has a relative import"
-            names = [node.module or ""]
-        else:
+            assert node.level == 0, f"{name} has a relative import"
+            found += [(node.module or "", alias.name) for alias in node.names]
+    return found
+
+
+def own(name: str) -> list[tuple[str, str]]:
+    return [
+        pair for pair in imported(name) if pair[0].split(".")[0] in ("msc", "press")
+    ]
+
+
+def test_every_module_stands_on_a_floor():
+    assert {floor_of(name) for name in MODULES} == set(FLOORS)
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_imports_go_down_and_through_the_faces(name):
+    here = floor_of(name)
+    for module, what in own(name):
+        there = floor_of(module) if module != "msc" else "msc"
+        assert not what.startswith("__"), f"{module} lends {what}"
+        if there == here:
             continue
-        for full in names:
-            top, _, rest = full.partition(".")
-            (own if top == "msc" else others).add(rest if top == "msc" else top)
-    return own, others
-
-
-def test_every_module_has_its_place():
-    assert set(MODULES) <= set(ROW), "give the new module its place in ROW"
+        assert there in FLOORS[: FLOORS.index(here)], f"{module} is not below {here}"
+        is_open = module == there or (module, here) == ("press._lazy", here)
+        assert is_open, f"{module} is behind the face of {there}"
 
 
 @pytest.mark.parametrize("name", MODULES)
-def test_imports_only_from_modules_before_it(name):
-    own, _ = imported(name)
-    assert own <= set(ROW[: ROW.index(name)])
+def test_nothing_private_is_borrowed(name):
+    borrowed = [what for module, what in own(name) if what.startswith("_")]
+    assert not borrowed
 
 
 @pytest.mark.parametrize("name", MODULES)
-def test_pybullet_and_cma_have_one_module_each(name):
-    _, others = imported(name)
-    assert all(name in ONLY_IN.get(package, {name}) for package in others)
+def test_a_package_that_is_hidden_has_one_module(name):
+    for module, _ in imported(name):
+        assert ONLY_IN.get(module.split(".")[0], name) == name
+
+
+@pytest.mark.parametrize(
+    "name", [one for one in MODULES if floor_of(one) == "msc.learn"]
+)
+def test_learners_know_nothing_of_robots(name):
+    assert not {floor_of(module) for module, _ in own(name)} & {"msc.robot"}
 
 
 @pytest.mark.parametrize(
     "path",
     [
         path
-        for folder in ("msc", "benchmarks", "tests")
-        for path in (PACKAGE.parent / folder).rglob("*.py")
+        for folder in ("msc", "press", "benchmarks", "tests")
+        for path in (ROOT / folder).rglob("*.py")
     ],
     ids=lambda path: path.stem,
 )
@@ -204,21 +132,27 @@ def test_text_is_read_and_written_in_an_encoding_that_is_named(path):
         assert is_named, f"line {node.lineno}: {ast.unparse(node)}"
 
 
-@pytest.mark.parametrize("name", sorted(LEARNERS & set(MODULES)))
-def test_learners_know_nothing_of_robots(name):
-    own, _ = imported(name)
-    assert not own & ROBOT
+def offered(face: str) -> dict[str, str]:
+    """Return where the names live that a face offers."""
+    path = ROOT.joinpath(*face.split("."), "__init__.py")
+    return {
+        alias.name: node.module or ""
+        for node in ast.walk(ast.parse(path.read_text("utf-8")))
+        if isinstance(node, ast.ImportFrom)
+        for alias in node.names
+    }
 
 
 def test_a_journal_knows_all_the_code_that_a_search_depends_on():
-    found, new = set(), {"dataset"}
+    # These keep what is found, and change nothing.
+    keepers = ("press", "msc.data", "msc.search._journal", "msc.search._workers")
+    found, new = set(), {"msc.search._sweep"}
     while new:
         found |= new
-        new = set().union(*(imported(name)[0] for name in new)) - found
-        new -= {
-            "journal",
-            "workers",
-            "files",
-            "tables",
-        }  # they keep what is found, and change nothing
-    assert set(CODE) == found
+        homes = {
+            offered(module).get(what, module) if module not in MODULES else module
+            for name in new
+            for module, what in own(name)
+        }
+        new = {one for one in homes if not one.startswith(keepers)} - found
+    assert {f"msc.{name.replace('/', '.')}" for name in CODE} == found

@@ -56,7 +56,7 @@ def test_a_chapter_checks_its_parameters_before_anything(name):
     declaring, first, *_ = code_cells(read_notebook(CHAPTERS[name]))
     assert "parameters" in tags(declaring)
     assert source(first).splitlines() == [
-        "from msc.schema import check_parameters",
+        "from press import check_parameters",
         "",
         "check_parameters(globals())",
     ]
@@ -247,7 +247,7 @@ def test_other_cells_and_a_plain_script_declare_nothing():
 
 def tiny(*codes):
     """Return a chapter: its parameters, the check, further code cells."""
-    first = "from msc.schema import check_parameters\n\ncheck_parameters(globals())"
+    first = "from press import check_parameters\n\ncheck_parameters(globals())"
     cells = [
         {
             "cell_type": "code",
@@ -295,7 +295,7 @@ def test_papermill_reads_text_as_numbers_and_refuses_before_anything(chapter, tm
 
 
 def test_the_command_line_reads_words_and_tells_what_does_not_hold(chapter, capfd):
-    claims = "from msc.checks import expect\n\nexpect({'size is large': size > 1})"
+    claims = "from press import expect\n\nexpect({'size is large': size > 1})"
     write_notebook(tiny(claims, "print(n, k, angle, size)"), chapter)
     words = ["-p", "n", "1e2", "-p", "k", "None", "-p", "angle", "1e-5"]
     assert main(["run", str(chapter), *words, "--out", "out.ipynb"]) == 0

@@ -1,11 +1,11 @@
 """The programs of all points against one solver call per point, of another solver."""
 
 import cvxpy as cp
-import msc.interior
 import numpy as np
 import pytest
 from scipy.spatial.distance import cdist
 
+import msc.learn._interior
 import msc.learn._reconstruction
 from msc import load_dataset
 from msc.learn import reconstruct

@@ -1,12 +1,12 @@
 import math
 from dataclasses import replace
 
-import msc.cmaes
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+import msc.search._cmaes
 import msc.search._policy
 from msc import DMP, Arm, Rollout, SearchResult, Workspace, search_policy
 from msc.robot import forward_kinematics

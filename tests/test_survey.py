@@ -1,9 +1,9 @@
 from dataclasses import replace
 
-import msc.cmaes
 import numpy as np
 import pytest
 
+import msc.search._cmaes
 import msc.search._constants
 from msc import DMP, Arm, SearchResult, Workspace
 from msc.robot import TIME_STEP, Circle, clearance, forward_kinematics, random_circles

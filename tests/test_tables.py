@@ -139,7 +139,7 @@ def test_a_name_is_looked_up_here_and_above(path, monkeypatch):
 
 def test_elsewhere_the_data_are_those_beside_msc(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    assert find_data().parent.joinpath("msc", "tables.py").is_file()
+    assert find_data().parent.joinpath("msc", "data", "_tables.py").is_file()
 
 
 # Bad tables

@@ -257,7 +257,7 @@ def test_a_forked_process_has_a_copy_whatever_threads_were_at(arm, alone):
 
 PRINTER = """
 import os, sys, threading
-from msc.bullet import load_pybullet
+from msc.robot._bullet import load_pybullet
 
 def printing():
     while not over.is_set():
@@ -365,7 +365,7 @@ def test_a_thread_keeps_four_arms_and_none_is_freed_while_it_is_used():
 AT_EXIT = """
 import threading
 from msc import Arm, Workspace, search_policy
-from msc.arm import cached_arm
+from msc.robot._arm import cached_arm
 
 arm, kept = Arm(Workspace.free(), n_parallel=1), cached_arm(Workspace.free())
 arm.itself = arm

@@ -89,7 +89,7 @@ class CrKR(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: ignore[mis
     Examples
     --------
     >>> import numpy as np
-    >>> from msc.crkr import CrKR
+    >>> from msc import CrKR
     >>> tasks = np.linspace(0, 6, 30)[:, np.newaxis]
     >>> model = CrKR(tune=True).fit(tasks, np.sin(tasks[:, 0]))
     >>> bool(abs(model.predict([[1.5]]) - np.sin(1.5)) < 1e-3)

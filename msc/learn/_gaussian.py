@@ -69,7 +69,7 @@ def gaussian_process(kernel: str = "squared exponential") -> GaussianProcessRegr
     Examples
     --------
     >>> import numpy as np
-    >>> from msc.gaussian import gaussian_process
+    >>> from msc.learn import gaussian_process
     >>> tasks = np.linspace(0, 6, 30)[:, np.newaxis]
     >>> model = gaussian_process().fit(tasks, np.sin(tasks[:, 0]))
     >>> bool(abs(model.predict([[1.5]]) - np.sin(1.5)) < 1e-3)

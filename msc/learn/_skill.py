@@ -109,7 +109,7 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
     --------
     >>> import numpy as np
     >>> from sklearn.cluster import KMeans
-    >>> from msc.skill import ParameterizedSkill
+    >>> from msc import ParameterizedSkill
     >>> tasks = np.linspace(0, 6, 40)[:, np.newaxis]
     >>> policies = np.c_[np.sin(tasks), np.cos(tasks)] + 5 * (tasks > 3)
     >>> skill = ParameterizedSkill(KMeans(2), random_state=0).fit(tasks, policies)

@@ -136,7 +136,7 @@ class SMCE(ClusterMixin, BaseEstimator):  # type: ignore[misc]
     Examples
     --------
     >>> import numpy as np
-    >>> from msc.smce import SMCE
+    >>> from msc import SMCE
     >>> angle = np.linspace(0, 2 * np.pi, 40, endpoint=False)
     >>> circle = np.c_[np.cos(angle), np.sin(angle)]
     >>> rings = np.r_[circle, 2 * circle]
