@@ -16,7 +16,7 @@ from typing import Any
 
 import yaml
 
-from msc.claims import CLAIMS, VERDICTS, load_claims, tally, write_claims
+from msc.claims import CLAIMS, VERDICTS, claim_fragments, load_claims, tally
 from press._chapters import BookError, Chapter, run_chapters
 from press._checks import unmet
 from press._figures import (
@@ -252,7 +252,9 @@ def _stage(
     scripts = config["sphinx"]["config"].setdefault("html_js_files", [])
     scripts.append([SECONDS, {"defer": "defer"}])
     shutil.copy(root / "_toc.yml", book)
-    write_claims(root, book, {page.stem for page in pages(root)})
+    fragments = claim_fragments(root, {page.stem for page in pages(root)})
+    for name, text in fragments.items():
+        (book / name).write_text(text, encoding="utf-8")
     write_opening([chapter.notebook for chapter in chapters], book)
     notebooks = [page for page in pages(root) if page.suffix == ".ipynb"]
     write_reference(root, stage, notebooks)

@@ -83,8 +83,7 @@ def test_imports_go_down_and_through_the_faces(name):
         if there == here:
             continue
         assert there in FLOORS[: FLOORS.index(here)], f"{module} is not below {here}"
-        is_open = module == there or (module, here) == ("press._lazy", here)
-        assert is_open, f"{module} is behind the face of {there}"
+        assert module == there, f"{module} is behind the face of {there}"
 
 
 @pytest.mark.parametrize("name", MODULES)

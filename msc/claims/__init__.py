@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from press._lazy import face
+from press import face
 
 if TYPE_CHECKING:
     from msc.claims._file import load_claims
@@ -15,9 +15,9 @@ if TYPE_CHECKING:
     )
     from msc.claims._lookups import find_cell
     from msc.claims._page import (
+        claim_fragments,
         tally,
         with_summary,
-        write_claims,
     )
 
 __all__, __getattr__, __dir__ = face(__name__, __file__)
