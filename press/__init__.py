@@ -1,4 +1,23 @@
-"""Notebooks -> the book: executed, rendered, packed. Imports nothing of `msc`."""
+"""The press: notebooks -> a book. It imports nothing of the package a book tells of.
+
+A *chapter* is a notebook without outputs; a *run* of it has them, and a *record* of
+what it depended on. A *page* is a chapter or a text. The *stage* is a folder that
+mirrors the repository; Sphinx renders it. The *subject* is what the book is about, with
+all that a package hands to its book: numbers, fragments of pages, the help of its
+command line.
+
+What a chapter itself calls
+    `check_parameters`, `expect`
+The book
+    `build_book`, `build_twice`, `release_book`, `print_book`, `pages`, `Subject`,
+    `BookError`; on the command line `python -m press`
+What a program is made of
+    `make_parser`, `run_command`, `tell_options`, `BOOK_COMMANDS`, `Commands`,
+    `add_jobs`, `add_profile`, `add_seed`, `take_negative_numbers`, `check_output`
+What all floors use
+    `face`; `locked`, `replace_file`, `replace_files`, `write_json`, `checksum`;
+    `plain`, `paragraph`, `label`
+"""
 
 import ast
 from collections.abc import Callable
@@ -7,8 +26,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from press._book import build_book, pages
     from press._chapters import BookError
-    from press._checks import expect
     from press._files import (
         checksum,
         locked,
@@ -17,15 +36,21 @@ if TYPE_CHECKING:
         write_json,
     )
     from press._markdown import label, paragraph, plain
-    from press._options import (
+    from press._pages import Subject
+    from press._parameters import check_parameters, expect
+    from press._release import build_twice, print_book, release_book
+    from press.cli import (
+        BOOK_COMMANDS,
         Commands,
         add_jobs,
         add_profile,
         add_seed,
         check_output,
+        make_parser,
+        run_command,
+        take_negative_numbers,
+        tell_options,
     )
-    from press._parameters import check_parameters
-    from press.cli import COMMANDS
 
 
 def face(

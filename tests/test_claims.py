@@ -13,8 +13,7 @@ from msc.claims._judge import read_results
 from msc.claims._page import readings_markdown, table_markdown
 from msc.claims._verdicts import SYMBOLS, judge
 from msc.cli import main
-from press import checksum
-from press._book import pages
+from press import checksum, pages
 
 ROOT = Path(__file__).parents[1]
 COMMITTED = ROOT / "data" / "results" / "claims.json"

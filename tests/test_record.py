@@ -1,8 +1,8 @@
 import json
+from dataclasses import asdict
 
-from press import _record as record
-from press._environment import chosen
-from press._record import Record, read_log, read_record
+from press import _chapters
+from press._chapters import Record, chosen, read_log, read_record
 
 
 def test_how_the_package_is_installed_is_no_input(tmp_path):
@@ -16,11 +16,11 @@ def test_how_the_package_is_installed_is_no_input(tmp_path):
 def test_a_run_in_another_environment_holds_no_longer(tmp_path, monkeypatch):
     monkeypatch.setenv("OPENBLAS_CORETYPE", "Haswell")
     kept = Record("code", {}, {}, chosen(), seconds=1.0)
-    assert read_record(json.loads(json.dumps(kept.to_json()))) == kept
+    assert read_record(json.loads(json.dumps(asdict(kept)))) == kept
     assert kept.changes("code", tmp_path) == []
     monkeypatch.delenv("OPENBLAS_CORETYPE")
     monkeypatch.setattr(
-        record, "chosen", lambda: chosen() | {"MPLBACKEND": "agg", "NEW": "1"}
+        _chapters, "chosen", lambda: chosen() | {"MPLBACKEND": "agg", "NEW": "1"}
     )
     assert kept.changes("code", tmp_path) == [
         f"MPLBACKEND {chosen()['MPLBACKEND']} became agg",
@@ -30,6 +30,6 @@ def test_a_run_in_another_environment_holds_no_longer(tmp_path, monkeypatch):
 
 
 def test_a_run_whose_environment_is_not_known_is_no_record():
-    old = Record("code", {}, {}, {}, seconds=1.0).to_json()
+    old = asdict(Record("code", {}, {}, {}, seconds=1.0))
     del old["environment"]
     assert read_record(old) is None
