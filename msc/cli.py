@@ -27,7 +27,6 @@ from press import (
     pages,
     replace_file,
     run_command,
-    take_negative_numbers,
     tell_options,
     write_json,
 )
@@ -239,7 +238,6 @@ def _add_render(commands: Commands) -> None:
     parser.add_argument(
         "--out", type=Path, required=True, help="a .png, .gif or .mp4 file"
     )
-    take_negative_numbers(parser)
     parser.set_defaults(run=_run_render)
 
 

@@ -13,7 +13,7 @@ The book
     `BookError`; on the command line `python -m press`
 What a program is made of
     `make_parser`, `run_command`, `tell_options`, `BOOK_COMMANDS`, `Commands`,
-    `add_jobs`, `add_profile`, `add_seed`, `take_negative_numbers`, `check_output`
+    `add_jobs`, `add_profile`, `add_seed`, `check_output`
 What all floors use
     `face`; `locked`, `replace_file`, `replace_files`, `write_json`, `checksum`;
     `plain`, `paragraph`, `label`
@@ -48,7 +48,6 @@ if TYPE_CHECKING:
         check_output,
         make_parser,
         run_command,
-        take_negative_numbers,
         tell_options,
     )
 

@@ -71,6 +71,9 @@ def make_parser(
         add(known)
     helping = known.add_parser("help", help="tell the options of all commands")
     helping.set_defaults(run=lambda _: print(tell_options(parser), end=""))
+    for one in known.choices.values():
+        # argparse takes -1e-3 for an option: of numbers it knows -1 and -0.001 only.
+        one._negative_number_matcher = re.compile(r"-(\.?\d|inf|nan)")
     return parser
 
 
@@ -178,17 +181,6 @@ def add_jobs(parser: argparse.ArgumentParser, what: str = "worker processes") ->
     parser.add_argument("--jobs", type=int, default=2, help=f"{what} (2)")
 
 
-def take_negative_numbers(parser: argparse.ArgumentParser) -> None:
-    """Have -1e-3 be a number; argparse, which knows -0.001, takes it for an option.
-
-    Parameters
-    ----------
-    parser : ArgumentParser
-        Parser of a command.
-    """
-    parser._negative_number_matcher = re.compile(r"-(\.?\d|inf|nan)")
-
-
 def check_output(out: Path, suffix: str, *, jobs: int = 1, seed: int = 0) -> None:
     """Refuse, before hours of work, what would spoil its end.
 
@@ -243,7 +235,6 @@ def _add_run(commands: Commands) -> None:
         help="a parameter of the chapter; may be repeated",
     )
     parser.add_argument("--out", type=Path, required=True, help="an .ipynb file")
-    take_negative_numbers(parser)
     parser.set_defaults(run=_run_chapter)
 
 
