@@ -8,16 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from msc import SMCE
-from msc.learn import (
-    READINGS,
-    choose_reading,
-    elbow,
-    measure_elbows,
-    most_picked,
-    read_elbows,
-)
-from msc.learn._elbow_parts import FROM_POLICIES
+from msc.learn import SELECTION_CRITERIA, elbow, read_elbows
 from msc.learn._spectral import knee
+from msc.study import choose_criterion, measure_elbows, most_picked
+from msc.study._selection import FROM_POLICIES
 
 tasks = np.linspace(0, 2 * np.pi, 48, endpoint=False)[:, None]
 offsets = 40 * np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]])
@@ -47,7 +41,7 @@ def test_four_clouds_far_apart_are_an_eigengap_of_four():
 
 
 def test_every_reading_has_a_curve_and_picks_a_number_on_it(readings):
-    assert list(readings) == list(READINGS)
+    assert list(readings) == list(SELECTION_CRITERIA)
     for reading in readings.values():
         assert len(reading["curve"]) == 8
         assert np.isfinite(reading["curve"]).all()
@@ -167,22 +161,22 @@ def made(**resampled):
     return {
         "readings": {
             name: {"curve": [0.0] * 10, "resampled": resampled.get(name, loose)}
-            for name in READINGS
+            for name in SELECTION_CRITERIA
         }
     }
 
 
 def test_criterion_takes_the_reading_that_picks_most_firmly():
     one, other = made(squares={"3": 8, "4": 2}), made(squares={"4": 4, "5": 6})
-    assert choose_reading(one) == choose_reading(one, other) == "squares"
+    assert choose_criterion(one) == choose_criterion(one, other) == "squares"
     rival = made(squares={"3": 8, "4": 2}, squares_knee={"3": 9, "4": 1})
-    assert choose_reading(rival) == "squares_knee"
-    assert choose_reading(rival, other) == "squares"  # on the average
+    assert choose_criterion(rival) == "squares_knee"
+    assert choose_criterion(rival, other) == "squares"  # on the average
 
 
 def test_criterion_counts_no_pick_at_the_end_and_no_cross_validation():
     ends = {"eigengap": {"10": 9, "9": 1}, "cross_validation": {"5": 10}}
-    assert choose_reading(made(**ends, squares={"3": 2, "4": 3})) == "squares"
+    assert choose_criterion(made(**ends, squares={"3": 2, "4": 3})) == "squares"
     assert most_picked(made(**ends), "eigengap") == (9, 0.1)
     assert most_picked(made(eigengap={"10": 4}), "eigengap") == (0, 0.0)
 
@@ -190,11 +184,11 @@ def test_criterion_counts_no_pick_at_the_end_and_no_cross_validation():
 def test_one_chart_is_an_answer_that_counts():
     firm = made(squares_knee={"1": 9, "2": 1}, squares={"3": 6, "4": 4})
     assert most_picked(firm, "squares_knee") == (1, 0.9)
-    assert choose_reading(firm) == "squares_knee"
+    assert choose_criterion(firm) == "squares_knee"
 
 
 def test_criterion_gives_ties_to_the_paper_s_words():
-    assert choose_reading(made()) == "rows_of_m"
+    assert choose_criterion(made()) == "rows_of_m"
 
 
 # Errors
@@ -203,9 +197,9 @@ def test_criterion_gives_ties_to_the_paper_s_words():
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"max_charts": 0}, "max_charts=0 must be an integer of 1 or more"),
-        ({"max_charts": 2.5}, "max_charts=2.5 must be an integer of 1 or more"),
-        ({"n_folds": 1}, "n_folds=1 must be an integer of 2 or more"),
+        ({"max_charts": 0}, "max_charts=0; wanted at least 1, whole"),
+        ({"max_charts": 2.5}, "max_charts=2.5; wanted at least 1, whole"),
+        ({"n_folds": 1}, "n_folds=1; wanted at least 2, whole"),
     ],
 )
 def test_numbers_out_of_range(arguments, message):
@@ -216,7 +210,7 @@ def test_numbers_out_of_range(arguments, message):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ({"n_resamples": 0}, "n_resamples=0 must be an integer of 1 or more"),
+        ({"n_resamples": 0}, "n_resamples=0; wanted at least 1, whole"),
         ({"share": 1.5}, "share=1.5 of 48 tasks must be from 3 to all of them"),
         ({"share": np.nan}, "share=nan of 48 tasks must be from 3 to all of them"),
         ({"share": 0.01}, "share=0.01 of 48 tasks must be from 3 to all of them"),

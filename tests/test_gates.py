@@ -8,8 +8,8 @@ from sklearn.base import BaseEstimator, ClusterMixin
 from sklearn.model_selection import KFold, cross_val_score
 from sklearn.neighbors import KNeighborsClassifier
 
-from msc.learn import average_gates, compare_gates
-from msc.learn._skill import _GATES
+from msc.learn import GATES
+from msc.study import average_gates, compare_gates
 
 tasks = np.linspace(0, 2 * np.pi, 40, endpoint=False)[:, None]
 policies = np.c_[np.sin(tasks), np.cos(tasks)]
@@ -37,7 +37,7 @@ def test_nearest_gate_s_accuracy_is_scikit_learn_s():
     np.testing.assert_allclose(found["accuracy"]["nearest"], scores.mean())
     assert found["n_charts"] == 3
     assert found["n_samples"] == 40
-    assert list(found["accuracy"]) == list(_GATES)
+    assert list(found["accuracy"]) == list(GATES)
     assert json.loads(json.dumps(found)) == found
 
 
@@ -69,7 +69,9 @@ def test_smce_finds_the_charts_by_default():
 
 @pytest.mark.parametrize("n_splits", [1, 0, 2.5])
 def test_too_few_folds(n_splits):
-    with pytest.raises(ValueError, match=f"n_splits={n_splits} must be an integer of"):
+    with pytest.raises(
+        ValueError, match=f"n_splits={n_splits}; wanted at least 2, whole"
+    ):
         compare(np.zeros(40, int), n_splits=n_splits)
 
 

@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from msc.learn import compare_clusterers
+from msc.study import compare_clusterers
 
 rng = np.random.default_rng(0)
 

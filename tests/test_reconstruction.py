@@ -86,10 +86,10 @@ def solve_on_support(columns, penalty, c):
         ones = np.ones((1, len(signs)))
         system = np.block([[kept.T @ kept, -ones.T], [ones, np.zeros((1, 1))]])
         wanted = np.r_[-penalty[support] * signs, 1]
-        *found, level = np.linalg.lstsq(system, wanted, rcond=None)[0]
+        *found, multiplier = np.linalg.lstsq(system, wanted, rcond=None)[0]
         error = kept @ found
-        slack = penalty * (1 + 1e-9) - abs(columns.T @ error - level)
-        if (np.sign(found) == signs).all() and (slack >= 0).all():
+        room = penalty * (1 + 1e-9) - abs(columns.T @ error - multiplier)
+        if (np.sign(found) == signs).all() and (room >= 0).all():
             return penalty[support] @ abs(np.array(found)) + error @ error / 2
     return None
 
@@ -183,7 +183,9 @@ def test_the_interior_point_method_leaves_exact_zeros_and_certifies():
     assert (np.count_nonzero(coef, axis=1) <= 4).all()
     np.testing.assert_allclose(coef.sum(axis=1), 1, rtol=1e-7)
     slopes = np.einsum("ijk,ij->ik", columns, np.einsum("ijk,ik->ij", columns, coef))
-    level = np.where(coef, slopes + penalty * np.sign(coef), np.nan)
-    np.testing.assert_allclose(np.nanstd(level, axis=1), 0, atol=1e-6)  # optimality
+    multiplier = np.where(coef, slopes + penalty * np.sign(coef), np.nan)
+    np.testing.assert_allclose(
+        np.nanstd(multiplier, axis=1), 0, atol=1e-6
+    )  # optimality
     bound = penalty + 1e-6
-    assert (abs(slopes - np.nanmean(level, axis=1, keepdims=True)) <= bound).all()
+    assert (abs(slopes - np.nanmean(multiplier, axis=1, keepdims=True)) <= bound).all()

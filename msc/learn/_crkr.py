@@ -17,21 +17,21 @@ from sklearn.base import BaseEstimator, MultiOutputMixin, RegressorMixin
 from sklearn.utils._param_validation import Interval
 from sklearn.utils.validation import check_is_fitted
 
-from msc._parallel import tell
-from msc.learn._gaussian import _LENGTH_SCALES, _RANGE, warn_of_scale
-from msc.learn._validation import (
+from msc._checks import (
     MAGNITUDES,
     validate_cost,
     validate_pairs,
     validate_points,
 )
+from msc._parallel import tell
+from msc.learn._gaussian import LENGTH_SCALE_BOUNDS, LENGTH_SCALES, warn_of_scale
 
 __all__ = ["CrKR"]
 
 Array = NDArray[np.float64]
 
-_NOISES = (1e-6, 1e-3, 1e-1)  # ridge times mean cost; starts, as `_LENGTH_SCALES`
-_BOUNDS = (_RANGE, (1e-8, 1e3))  # of length scale and noise
+_NOISES = (1e-6, 1e-3, 1e-1)  # ridge times mean cost; starts, as `LENGTH_SCALES`
+_BOUNDS = (LENGTH_SCALE_BOUNDS, (1e-8, 1e3))  # of length scale and noise
 
 
 class CrKR(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: ignore[misc]
@@ -207,7 +207,7 @@ def _tune(
             (np.log([length_scale, noise]) for noise in _NOISES),
             key=lambda start: _negative_log_likelihood(start, *arguments)[0],
         )
-        for length_scale in _LENGTH_SCALES
+        for length_scale in LENGTH_SCALES
     ]
     told = tell(
         starts,

@@ -14,8 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 from sklearn.cluster import KMeans
 from sklearn.model_selection import KFold
 from sklearn.neighbors import KNeighborsClassifier
-from sklearn.utils import check_X_y
 
+from msc._checks import check_whole, validate_sample
 from msc.learn._gaussian import gaussian_process
 from msc.learn._smce import SMCE
 from msc.learn._spectral import (
@@ -29,7 +29,7 @@ from msc.learn._spectral import (
 Array = NDArray[np.float64]
 Charts = NDArray[np.intp]
 
-READINGS = {
+SELECTION_CRITERIA = {
     "rows_of_m": "rows of M, k-means",
     "squares": "squares within charts, chord",
     "squares_knee": "squares within charts, knee",
@@ -65,8 +65,8 @@ def read_elbows(
     Returns
     -------
     dict
-        By the names of `READINGS`: ``"curve"``, a list over 1, 2, … charts, and
-        ``"picked"``, a number of them.
+        By the names of `SELECTION_CRITERIA`: ``"curve"``, a list over 1, 2, … charts,
+        and ``"picked"``, a number of them.
 
     Raises
     ------
@@ -96,7 +96,9 @@ def read_elbows(
     >>> readings["squares"]["picked"]
     2
     """
-    X, y = check_data(tasks, policies, max_charts=max_charts, n_folds=n_folds)
+    check_whole("max_charts", max_charts, 1)
+    check_whole("n_folds", n_folds, 2)
+    X, y = validate_sample(tasks, policies)
     folds = list(KFold(min(n_folds, len(X)), shuffle=True, random_state=seed).split(X))
     n_counts = min(max_charts, *(len(train) for train, _ in folds))
     affinity, values, charts = _cut(y, n_counts, seed)
@@ -122,43 +124,6 @@ def read_elbows(
         name: {"curve": curve.tolist(), "picked": count}
         for name, (curve, count) in picked.items()
     }
-
-
-def check_data(
-    tasks: ArrayLike, policies: ArrayLike, **least: int
-) -> tuple[Array, Array]:
-    """Refuse what no elbow can be read of.
-
-    Parameters
-    ----------
-    tasks : array-like of shape (n_tasks, n_task_params)
-        Tasks, in radians.
-    policies : array-like of shape (n_tasks, n_params)
-        Their policies.
-    **least : int
-        Numbers that must be positive integers, `n_folds` at least 2.
-
-    Returns
-    -------
-    tasks, policies : ndarray
-        The same as floats.
-
-    Raises
-    ------
-    ValueError
-        If the data are not finite, of different lengths or fewer than three, or a
-        number is too small.
-    """
-    for name, number in least.items():
-        lowest = 2 if name == "n_folds" else 1
-        if not isinstance(number, int | np.integer) or number < lowest:
-            raise ValueError(
-                f"{name}={number!r} must be an integer of {lowest} or more"
-            )
-    X, y = check_X_y(
-        tasks, policies, dtype=np.float64, multi_output=True, ensure_min_samples=3
-    )
-    return X, y.astype(np.float64).reshape(len(X), -1)
 
 
 def _cut(policies: Array, n_counts: int, seed: int) -> tuple[Any, Array, list[Charts]]:

@@ -24,8 +24,8 @@ from sklearn.gaussian_process.kernels import (
 Array = NDArray[np.float64]
 Optimum = tuple[Array, float]
 
-_RANGE = (1e-2, 1e2)  # rad; bounds of the length scale
-_LENGTH_SCALES = (0.2, 0.7, 2.5)  # rad; starts of the likelihood's search
+LENGTH_SCALE_BOUNDS = (1e-2, 1e2)  # rad; bounds of the length scale
+LENGTH_SCALES = (0.2, 0.7, 2.5)  # rad; starts of the likelihood's search
 _NOISES = (1e-6, 1e-3, 1e-1)  # of the policies' variance; likewise
 
 
@@ -94,7 +94,8 @@ def gaussian_classifier() -> GaussianProcessClassifier:
         Unfitted.
     """
     return _BoundedClassifier(
-        ConstantKernel(1.0, (1e-3, 1e3)) * RBF(1.0, _RANGE), optimizer=_refine
+        ConstantKernel(1.0, (1e-3, 1e3)) * RBF(1.0, LENGTH_SCALE_BOUNDS),
+        optimizer=_refine,
     )
 
 
@@ -158,21 +159,22 @@ def warn_of_scale(tasks: Array) -> None:
     gap, steps = _nearest(distinct * spans), _steps(distinct) * spans
     is_other = (spans > 3 * spans.min()) & (steps > spans.min())
     has_neighbours = len(distinct) > 2 * len(spans)  # on all sides
-    is_wide = (steps > 3 * _LENGTH_SCALES[-1]) & is_other & has_neighbours
-    if gap > 4 * _LENGTH_SCALES[-1]:
-        is_wide |= (steps > 4 * _LENGTH_SCALES[-1]) | (spans == spans.max())
+    is_wide = (steps > 3 * LENGTH_SCALES[-1]) & is_other & has_neighbours
+    if gap > 4 * LENGTH_SCALES[-1]:
+        is_wide |= (steps > 4 * LENGTH_SCALES[-1]) | (spans == spans.max())
     widest = spans[~is_wide].max(initial=0.0)
-    is_narrow = ~is_wide & ((spans < _RANGE[0]) | (spans < widest / 100))
+    is_narrow = ~is_wide & ((spans < LENGTH_SCALE_BOUNDS[0]) | (spans < widest / 100))
     found = [
         f"span {spans[k]:.3g} and lie {steps[k]:.3g} apart in column {columns[k]} "
         f"(divide it by {spans[k] / 6:.2g}, say)"
         for k in np.flatnonzero(is_wide | is_narrow)
     ]
     if found:
+        least, most = LENGTH_SCALE_BOUNDS
         warnings.warn(
             f"tasks {'; '.join(found)}, but kernels are tuned to length scales from "
-            f"{_RANGE[0]:g} to {_RANGE[1]:g}, one for all columns: bring tasks to a "
-            "scale on which policies change over about one unit in each column",
+            f"{least:g} to {most:g}, one for all columns: bring tasks to a scale on "
+            "which policies change over about one unit in each column",
             UserWarning,
             stacklevel=3,
         )
@@ -223,10 +225,13 @@ def _steps(points: Array) -> Array:
 
 
 _KERNELS: dict[str, Callable[[], Kernel]] = {
-    "squared exponential": lambda: RBF(1.0, _RANGE),
-    "matern": lambda: Matern(1.0, _RANGE, nu=1.5),
+    "squared exponential": lambda: RBF(1.0, LENGTH_SCALE_BOUNDS),
+    "matern": lambda: Matern(1.0, LENGTH_SCALE_BOUNDS, nu=1.5),
     "periodic": lambda: ExpSineSquared(
-        1.0, 2 * np.pi, length_scale_bounds=_RANGE, periodicity_bounds="fixed"
+        1.0,
+        2 * np.pi,
+        length_scale_bounds=LENGTH_SCALE_BOUNDS,
+        periodicity_bounds="fixed",
     ),
 }
 
@@ -270,7 +275,7 @@ def _refine_starts(
             (np.log([1.0, length_scale, noise]) for noise in _NOISES),
             key=lambda start: objective(start, eval_gradient=False),
         )
-        for length_scale in _LENGTH_SCALES
+        for length_scale in LENGTH_SCALES
     ]
     found = [_refine(objective, start, bounds) for start in starts]
     return min(found, key=lambda optimum: optimum[1])

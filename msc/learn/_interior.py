@@ -60,16 +60,19 @@ def solve_qps(columns: Array, penalty: Array) -> Array:
     floor = _FLOOR * (1 + np.trace(gram, axis1=1, axis2=2)[:, None])
     x = np.full((n_programs, 2 * n_columns), 0.1)
     x[:, :n_columns] += 1 / n_columns
-    s, level = np.ones(x.shape), np.zeros((n_programs, 1))
+    s, multiplier = np.ones(x.shape), np.zeros((n_programs, 1))
     with np.errstate(all="ignore"):  # what overflows is not finished
         for _ in range(_STEPS):
             c = x[:, :n_columns] - x[:, n_columns:]
             slope = np.einsum("ijk,ik->ij", gram, c)
-            slack = np.hstack([penalty + slope - level, penalty - slope + level]) - s
-            lack = 1 - c.sum(axis=1, keepdims=True)
+            dual_residual = (
+                np.hstack([penalty + slope - multiplier, penalty - slope + multiplier])
+                - s
+            )
+            primal_residual = 1 - c.sum(axis=1, keepdims=True)
             gap = _dot(x, s)
             value = _dot(penalty, abs(c)) + _dot(c, slope) / 2
-            off = gap + _dot(x, abs(slack)) + abs(level * lack)
+            off = gap + _dot(x, abs(dual_residual)) + abs(multiplier * primal_residual)
             done = (off <= _GAP * value)[:, 0]
             kept = np.where(x > s, x, 0.0)[done]
             found[left[done]] = kept[:, :n_columns] - kept[:, n_columns:]
@@ -80,36 +83,44 @@ def solve_qps(columns: Array, penalty: Array) -> Array:
                 left, gram, penalty, floor = (
                     each[go] for each in (left, gram, penalty, floor)
                 )
-                x, s, level, slack, lack, gap = (
-                    each[go] for each in (x, s, level, slack, lack, gap)
+                x, s, multiplier, dual_residual, primal_residual, gap = (
+                    each[go]
+                    for each in (x, s, multiplier, dual_residual, primal_residual, gap)
                 )
-            newton = _Newton.at(x, s, slack, lack, gram, floor)
+            newton = _Newton.at(x, s, dual_residual, primal_residual, gram, floor)
             ahead_x, ahead_s, _ = newton.step(-x * s)
             ahead = _dot(
                 x + _longest(x, ahead_x) * ahead_x, s + _longest(s, ahead_s) * ahead_s
             )
             aim = (ahead / gap) ** 3 * gap / x.shape[1]
-            step_x, step_s, step_level = newton.step(aim - x * s - ahead_x * ahead_s)
+            step_x, step_s, step_multiplier = newton.step(
+                aim - x * s - ahead_x * ahead_s
+            )
             length = 0.995 * np.minimum(_longest(x, step_x), _longest(s, step_s))
             x, s = x + length * step_x, s + length * step_s
-            level = level + length * step_level
+            multiplier = multiplier + length * step_multiplier
     return found
 
 
 class _Newton(NamedTuple):
-    """Newton's equations, with everything but c and level eliminated."""
+    """Newton's equations, with everything but c and multiplier eliminated."""
 
     x: Array
     s: Array
-    slack: Array
-    lack: Array
+    dual_residual: Array
+    primal_residual: Array
     ratio: Array
     both: Array
     inverse: Array
 
     @classmethod
     def at(
-        cls, x: Array, s: Array, slack: Array, lack: Array, *matrices: Array
+        cls,
+        x: Array,
+        s: Array,
+        dual_residual: Array,
+        primal_residual: Array,
+        *matrices: Array,
     ) -> _Newton:
         """Invert the equations' matrices, given those of the programs and a floor."""
         gram, floor = matrices
@@ -120,21 +131,21 @@ class _Newton(NamedTuple):
         matrix = gram.copy()
         matrix[:, diagonal, diagonal] += 1 / both + floor
         inverse = np.asarray(np.linalg.inv(matrix), dtype=np.float64)
-        return cls(x, s, slack, lack, ratio, both, inverse)
+        return cls(x, s, dual_residual, primal_residual, ratio, both, inverse)
 
     def step(self, target: Array) -> tuple[Array, Array, Array]:
-        """Return the step of x, s and level by which x * s grows by the target."""
+        """Return the step of x, s and multiplier by which x * s grows by the target."""
         n_columns = self.both.shape[1]
-        push = target / self.x - self.slack
+        push = target / self.x - self.dual_residual
         pushed = self.ratio * push
         free = pushed[:, :n_columns] - pushed[:, n_columns:]
         bare = np.einsum("ijk,ik->ij", self.inverse, free / self.both)
-        by_level = self.inverse.sum(axis=2)
-        missing = self.lack - bare.sum(axis=1, keepdims=True)
-        level = missing / by_level.sum(axis=1, keepdims=True)
-        rise = (free - bare - by_level * level) / self.both
+        by_multiplier = self.inverse.sum(axis=2)
+        missing = self.primal_residual - bare.sum(axis=1, keepdims=True)
+        multiplier = missing / by_multiplier.sum(axis=1, keepdims=True)
+        rise = (free - bare - by_multiplier * multiplier) / self.both
         step_x = self.ratio * (push - np.hstack([rise, -rise]))
-        return step_x, (target - self.s * step_x) / self.x, level
+        return step_x, (target - self.s * step_x) / self.x, multiplier
 
 
 def _longest(values: Array, step: Array) -> Array:

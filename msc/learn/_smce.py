@@ -19,6 +19,7 @@ from sklearn.base import BaseEstimator, ClusterMixin
 from sklearn.neighbors import NearestNeighbors
 from sklearn.utils._param_validation import Interval, StrOptions
 
+from msc._checks import RandomState, check_magnitude, seed_of, validate_points
 from msc.learn._copies import find_copies
 from msc.learn._reconstruction import reconstruct
 from msc.learn._spectral import (
@@ -29,7 +30,6 @@ from msc.learn._spectral import (
     unit_rows,
     within_cluster_ss,
 )
-from msc.learn._validation import RandomState, check_magnitude, seed_of, validate_points
 
 __all__ = ["SMCE"]
 

@@ -13,7 +13,7 @@ from typing import NoReturn
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from msc._arrays import check_kind, check_whole, to_floats
+from msc._checks import check_kind, check_whole, to_floats
 from msc.robot._bullet import BulletWorld
 from msc.robot._control import TIME_STEP, ControllerGains
 from msc.robot._dmp import DMP, check_policies

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from msc._arrays import check_number, to_floats
+from msc._checks import check_number, to_floats
 from msc.robot._dynamics import InverseDynamics
 
 TIME_STEP = 1 / 60  # s; between two commands, and between two rows of a rollout

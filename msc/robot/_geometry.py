@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from msc._arrays import to_floats
+from msc._checks import to_floats
 
 LINK_RADIUS = 0.02  # m; half the thickness of a link
 

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from msc._arrays import LARGEST, to_floats
+from msc._checks import LARGEST, to_floats
 from msc.robot._geometry import Circle, clearance, forward_kinematics, home_pose
 
 _LINKS = (0.40, 0.35, 0.25)

@@ -16,7 +16,7 @@ from msc.search._policy import SearchResult
 from press import locked
 
 CODE = (
-    "_arrays",
+    "_checks",
     "robot/_geometry",
     "robot/_workspace",
     "robot/_dmp",
