@@ -385,7 +385,20 @@ def _returns_std(regressor: Any) -> bool:
 
 
 def seeded_clone(estimator: Any, seed: int) -> Any:
-    """Clone an estimator, giving `seed` to every random_state that is None."""
+    """Clone an estimator, giving a seed to every random_state that is None.
+
+    Parameters
+    ----------
+    estimator : estimator
+        Whatever it is, with parts or without.
+    seed : int
+        For those that have none of their own.
+
+    Returns
+    -------
+    estimator
+        Unfitted.
+    """
     copy = clone(estimator)
     unset = {
         name: seed
