@@ -8,8 +8,11 @@ from hypothesis import strategies as st
 from msc import Workspace
 from msc.robot import TIME_STEP, joint_torques
 from msc.robot._bullet import BulletWorld
-from msc.robot._control import ComputedTorqueController, ControllerGains
-from msc.robot._dynamics import coupled_inertias
+from msc.robot._control import (
+    ComputedTorqueController,
+    ControllerGains,
+    coupled_inertias,
+)
 
 free = Workspace.free()
 inertias = coupled_inertias(free.link_lengths, free.link_masses)

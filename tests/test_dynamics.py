@@ -6,7 +6,7 @@ from hypothesis import strategies as st
 from msc import Arm, Workspace
 from msc.robot import joint_torques
 from msc.robot._bullet import load_pybullet
-from msc.robot._dynamics import coupled_inertias, rod_inertia
+from msc.robot._control import coupled_inertias, rod_inertia
 
 free = Workspace.free()
 inertias = coupled_inertias(free.link_lengths, free.link_masses)

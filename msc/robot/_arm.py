@@ -17,8 +17,7 @@ from msc._checks import check_kind, check_whole, to_floats
 from msc.robot._bullet import BulletWorld
 from msc.robot._control import TIME_STEP, ControllerGains
 from msc.robot._dmp import DMP, check_policies
-from msc.robot._geometry import forward_kinematics
-from msc.robot._kinematics import inverse_kinematics
+from msc.robot._kinematics import forward_kinematics, inverse_kinematics
 from msc.robot._workspace import Workspace
 
 N_MOVING, N_SETTLING = 60, 6  # steps: one second of movement, a tenth to settle

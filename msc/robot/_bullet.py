@@ -28,10 +28,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from msc.robot._control import TIME_STEP, ComputedTorqueController, ControllerGains
-from msc.robot._dynamics import coupled_inertias, rod_inertia
-from msc.robot._geometry import LINK_RADIUS
-from msc.robot._workspace import Workspace
+from msc.robot._control import (
+    TIME_STEP,
+    ComputedTorqueController,
+    ControllerGains,
+    coupled_inertias,
+    rod_inertia,
+)
+from msc.robot._workspace import LINK_RADIUS, Workspace
 
 SUBSTEPS = 4  # of the physics in a time step of the controller: 240 Hz
 
@@ -155,7 +159,7 @@ class BulletWorld:
         wanted = np.empty((n_rows, 3, self.n_arms))
         wanted[:] = np.array(self.workspace.home)[:, None]
         wanted[..., :n_policies] = plan.transpose(1, 2, 0)
-        pursuit = ComputedTorqueController(self.controller, wanted, self._inertias)
+        controller = ComputedTorqueController(self.controller, wanted, self._inertias)
         push, mode = bullet.setJointMotorControlArray, bullet.TORQUE_CONTROL
         states = np.empty((n_rows, 6 * self.n_arms))
         contacts: list[list[float]] = [[] for _ in self._bodies]
@@ -164,7 +168,7 @@ class BulletWorld:
         states[0] = self._read()
         for step in range(n_rows - 1):
             state = states[step].reshape(-1, 2, 3).transpose(1, 2, 0)
-            torques = pursuit.torques(step, state).T.tolist()
+            torques = controller.torques(step, state).T.tolist()
             for body, torque in zip(self._bodies, torques, strict=True):
                 push(body, _JOINTS, mode, forces=torque, physicsClientId=client)
             bullet.stepSimulation(physicsClientId=client)

@@ -17,11 +17,9 @@ from press import locked
 
 CODE = (
     "_checks",
-    "robot/_geometry",
     "robot/_workspace",
     "robot/_dmp",
     "robot/_kinematics",
-    "robot/_dynamics",
     "robot/_control",
     "robot/_bullet",
     "robot/_arm",
