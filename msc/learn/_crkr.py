@@ -150,7 +150,7 @@ class CrKR(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: ignore[mis
             self.length_scale_, self.ridge_ = _tune(
                 cdist(X, X, "sqeuclidean"), y.reshape(len(X), -1), costs, self.verbose
             )
-        gram = self._kernel(X) + self.ridge_ * np.diag(costs)
+        gram = self._kernel(X) + self.ridge_ * np.diag(costs)  # K + ridge C
         try:
             self._factor = cho_factor(gram, lower=True)
         except LinAlgError as error:
@@ -238,6 +238,7 @@ def _negative_log_likelihood(
     log_parameters: Array, squares: Array, targets: Array, cost: Array
 ) -> tuple[float, Array]:
     """Return -log p(targets), signal variances at their best, and its gradient."""
+    # Rasmussen and Williams, "Gaussian Processes for Machine Learning", 2006:
     length_scale, noise = np.exp(log_parameters)
     kernel = np.exp(-squares / (2 * length_scale**2))
     try:
@@ -248,8 +249,8 @@ def _negative_log_likelihood(
     signal = (targets * weights).sum(axis=0) / len(targets)  # variance, closed form
     n_targets = targets.shape[1]
     value = 0.5 * len(targets) * np.log(signal).sum()
-    value += n_targets * np.log(np.diag(factor[0])).sum()
-    # d value / d gram, contracted with d gram / d log_parameters
+    value += n_targets * np.log(np.diag(factor[0])).sum()  # Eq. 5.8, but for constants
+    # Eq. 5.9: d value / d gram, contracted with d gram / d log_parameters
     by_gram = n_targets * cho_solve(factor, np.eye(len(targets)))
     by_gram -= (weights / signal) @ weights.T
     by_length_scale = (by_gram * kernel * squares).sum() / length_scale**2

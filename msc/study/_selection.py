@@ -34,7 +34,7 @@ from msc.learn import (
 )
 
 FROM_POLICIES = tuple(name for name in SELECTION_CRITERIA if name != "cross_validation")
-"""The readings that need nothing but the policies."""
+"""The criteria that need nothing but the policies."""
 
 
 def measure_elbows(
@@ -48,7 +48,7 @@ def measure_elbows(
     jobs: int = 1,
     progress: bool = False,
 ) -> dict[str, Any]:
-    """Read the elbow in every way, and again on many parts of the data.
+    """Read the elbow by every criterion, and again on many parts of the data.
 
     Parameters
     ----------
@@ -113,13 +113,13 @@ def measure_elbows(
 
 
 def choose_criterion(*measured: Mapping[str, Any]) -> str:
-    """Choose the default reading by a criterion that looks at no regression.
+    """Choose the default criterion, without a look at any regression.
 
-    The reading must need nothing but the policies, be defined for any number of them,
+    It must need nothing but the policies, be defined for any number of them,
     and pick the same number most often over the parts of the data, on the average over
     the workspaces. The last number considered is no elbow and does not count. One chart
-    does: all readings can answer it, and a knee that always says so is firm. Ties go to
-    the reading nearest the paper's words.
+    does: all criteria can answer it, and a knee that always says so is firm. Ties go to
+    the criterion nearest the paper's words.
 
     Parameters
     ----------
@@ -139,7 +139,7 @@ def choose_criterion(*measured: Mapping[str, Any]) -> str:
 
 
 def most_picked(measured: Mapping[str, Any], name: str) -> tuple[int, float]:
-    """Tell which number of charts a reading picked most often.
+    """Tell which number of charts a criterion picked most often.
 
     Parameters
     ----------
