@@ -168,7 +168,7 @@ def test_parts_depend_on_the_seed():
 
 
 def made(**resampled):
-    """Return measurements with given counts; the first criterion picks nothing firmly."""
+    """Return measurements with given counts; the first criterion is never firm."""
     loose = {str(count): 1 for count in range(1, 10)}
     return {
         "readings": {

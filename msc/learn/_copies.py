@@ -182,7 +182,7 @@ def _common_ratio(groups: list[_Group], n_points: int) -> float:
     ratios, sizes = np.array(tight).T
     copies = np.cumsum(sizes - 1)
     expected = _CHANCE * n_points * np.maximum(ratios, np.finfo(float).tiny)
-    more = np.maximum(copies, expected)  # log likelihood ratio of Poisson counts:
+    more = np.maximum(copies, expected)  # than chance; by the Poisson likelihood ratio
     evidence = more * np.log(more / expected) - (more - expected)
     best = int(evidence.argmax())
     is_sure = evidence[best] > _EVIDENCE

@@ -115,9 +115,9 @@ def measure_elbows(
 def choose_criterion(*measured: Mapping[str, Any]) -> str:
     """Choose the default criterion, without a look at any regression.
 
-    It must need nothing but the policies, be defined for any number of them,
-    and pick the same number most often over the parts of the data, on the average over
-    the workspaces. The last number considered is no elbow and does not count. One chart
+    It must need nothing but the policies, be defined for any number of them, and pick
+    the same number most often over the parts of the data, on the average over the
+    workspaces. The last number considered is no elbow and does not count. One chart
     does: all criteria can answer it, and a knee that always says so is firm. Ties go to
     the criterion nearest the paper's words.
 
