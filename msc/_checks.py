@@ -30,7 +30,7 @@ _NO_NUMBERS = ("could not convert", "float() argument", "setting an array", "The
 
 
 def check_real(argument: str, values: Any) -> None:
-    """Refuse what NumPy would turn into floats without a word, but not whole.
+    """Refuse complex numbers, dates and masks: NumPy would make floats of them.
 
     Parameters
     ----------
@@ -38,11 +38,6 @@ def check_real(argument: str, values: Any) -> None:
         What the caller knows them as.
     values : array-like
         What was given.
-
-    Raises
-    ------
-    ValueError
-        If there are complex numbers, dates or masked entries among them.
 
     Examples
     --------
@@ -83,11 +78,6 @@ def to_floats(argument: str, values: Any) -> NDArray[np.float64]:
     ndarray
         The same, of whatever shape; NaN and infinity are let through.
 
-    Raises
-    ------
-    ValueError
-        If they are not real numbers.
-
     Examples
     --------
     >>> to_floats("task_deg", [0, 90])
@@ -114,11 +104,6 @@ def check_number(argument: str, value: Any, lowest: float, highest: float) -> No
         What was given.
     lowest, highest : float
         Its bounds, which belong to what is allowed.
-
-    Raises
-    ------
-    ValueError
-        If it is beyond them.
 
     Examples
     --------
@@ -149,11 +134,6 @@ def check_whole(
     lowest, highest : int
         Its bounds, which belong to what is allowed; None: no upper one.
 
-    Raises
-    ------
-    ValueError
-        If it is beyond them.
-
     Examples
     --------
     >>> check_whole("n_parallel", 2.5, 1, 1000)
@@ -178,11 +158,6 @@ def check_kind(argument: str, value: Any, kind: type) -> None:
         What was given.
     kind : type
         The class.
-
-    Raises
-    ------
-    TypeError
-        If it is another's.
 
     Examples
     --------
@@ -211,23 +186,8 @@ def validate_points(estimator: Any, X: Any, **options: Any) -> _Array:
     -------
     ndarray of shape (n_samples, n_features)
         The same, as floats.
-
-    Raises
-    ------
-    ValueError
-        If they are not finite real numbers, or of another shape.
-    TypeError
-        If they are a sparse matrix, or objects other than numbers.
     """
-    from sklearn.utils.validation import validate_data  # noqa: PLC0415
-
-    check_real("X", X)
-    try:
-        with np.errstate(over="ignore"):  # of longer floats: told as infinity
-            points = validate_data(estimator, X, dtype=np.float64, **options)
-    except (TypeError, ValueError, OverflowError) as error:
-        raise _named("X", error) from None
-    return np.asarray(points)
+    return np.asarray(_validate(estimator, X, **options))
 
 
 def validate_pairs(estimator: Any, X: Any, y: Any) -> tuple[_Array, _Array]:
@@ -248,16 +208,8 @@ def validate_pairs(estimator: Any, X: Any, y: Any) -> tuple[_Array, _Array]:
         The same, as floats.
     y : ndarray of shape (n_tasks, n_params) or (n_tasks,)
         The same, as floats.
-
-    Raises
-    ------
-    ValueError
-        If they are not finite real numbers, of other shapes, or of different lengths.
-    TypeError
-        If they are sparse matrices, or tasks objects other than numbers.
     """
     from scipy.sparse import issparse  # noqa: PLC0415
-    from sklearn.utils.validation import validate_data  # noqa: PLC0415
 
     if issparse(y):
         raise TypeError(
@@ -268,15 +220,20 @@ def validate_pairs(estimator: Any, X: Any, y: Any) -> tuple[_Array, _Array]:
         y = to_floats("y", y)
         if y.ndim == 0:
             raise ValueError(f"y must hold one policy a task. Got {y.item()}.")
-    check_real("X", X)
+    X, y = _validate(estimator, X, y, multi_output=True, y_numeric=True)
+    return X, y
+
+
+def _validate(estimator: Any, *data: Any, **options: Any) -> Any:
+    """Let scikit-learn validate an estimator's data, X first, as floats."""
+    from sklearn.utils.validation import validate_data  # noqa: PLC0415
+
+    check_real("X", data[0])
     try:
-        with np.errstate(over="ignore"):
-            X, y = validate_data(
-                estimator, X, y, dtype=np.float64, multi_output=True, y_numeric=True
-            )
+        with np.errstate(over="ignore"):  # of longer floats: told as infinity
+            return validate_data(estimator, *data, dtype=np.float64, **options)
     except (TypeError, ValueError, OverflowError) as error:
         raise _named("X", error) from None
-    return X, y
 
 
 def validate_sample(tasks: Any, policies: Any) -> tuple[_Array, _Array]:
@@ -293,11 +250,6 @@ def validate_sample(tasks: Any, policies: Any) -> tuple[_Array, _Array]:
     -------
     tasks, policies : ndarray
         The same as floats.
-
-    Raises
-    ------
-    ValueError
-        If they are not finite, of different lengths or fewer than three.
     """
     from sklearn.utils import check_X_y  # noqa: PLC0415
 
@@ -321,11 +273,6 @@ def validate_cost(cost: Any, n_tasks: int) -> _Array:
     -------
     ndarray of shape (n_tasks,)
         The same, as floats.
-
-    Raises
-    ------
-    ValueError
-        If they are not positive finite numbers, one a task.
     """
     costs = to_floats("cost", cost)
     if costs.shape != (n_tasks,):
@@ -348,11 +295,6 @@ def check_magnitude(argument: str, values: _Array) -> None:
         What the caller knows them as.
     values : ndarray
         Finite numbers.
-
-    Raises
-    ------
-    ValueError
-        If the largest magnitude is beyond 1e100, or below 1e-100 and not zero.
 
     Examples
     --------

@@ -199,10 +199,7 @@ def _distinct(points: Array) -> Array:
 
 
 def _thin(points: Array, radius: float, share: float = 0.0) -> Array:
-    """Return points without those nearer to earlier ones than told.
-
-    That is a radius, or a share of the distance to the 16th nearest.
-    """
+    """Drop points nearer to earlier ones than a radius, or a share of the 16th's."""
     n_points = len(points)
     distances, nearest = KDTree(points).query(points, k=range(1, min(17, n_points) + 1))
     is_copy = distances < np.maximum(radius, share * distances[:, -1:])
@@ -237,11 +234,10 @@ _KERNELS: dict[str, Callable[[], Kernel]] = {
 
 
 class _AtBounds:
-    """Let hyper-parameters rest on their bounds without a warning.
+    """Let hyper-parameters rest on their bounds without a warning: they are answers."""
 
-    A bound is an answer here: data without noise push the noise to its floor, a
-    constant policy the amplitude, a straight chart the length scale to its ceiling.
-    """
+    # Data without noise push the noise to its floor, a constant policy the amplitude,
+    # a straight chart the length scale to its ceiling.
 
     def fit(self, X: Any, y: Any) -> Self:
         with warnings.catch_warnings():
@@ -264,11 +260,8 @@ def _refine_starts(
     initial: Array,
     bounds: Array,
 ) -> Optimum:
-    """Minimise from each length scale, at the noise that suits it; return the best.
-
-    A kernel with other than these three hyper-parameters starts from its own values.
-    """
-    if len(initial) != 3:
+    """Minimise from each length scale, at the noise that suits it; return the best."""
+    if len(initial) != 3:  # another kernel, which starts from its own values
         return _refine(objective, initial, bounds)
     starts = [
         min(

@@ -340,11 +340,9 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
 
 
 def _once(tasks: Array, policies: Array, copies: Charts) -> tuple[Array, Array]:
-    """Average repetitions of a task's policy: they would pass for certainty.
-
-    To the likelihood, targets that repeat to the last bit have no noise, so that it
-    trades the length scale for hitting them all. Other policies of a task are kept.
-    """
+    """Average repetitions of a task's policy; other policies of a task are kept."""
+    # To the likelihood, targets that repeat to the last bit have no noise, so that it
+    # trades the length scale for hitting them all.
     rows = np.column_stack([tasks, copies])
     _, first, place = np.unique(rows, axis=0, return_index=True, return_inverse=True)
     if len(first) == len(rows):

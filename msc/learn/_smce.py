@@ -249,16 +249,13 @@ class SMCE(ClusterMixin, BaseEstimator):  # type: ignore[misc]
     def _connect(
         self, distinct: Array, points: NDArray[np.int32], place: NDArray[np.intp]
     ) -> sp.csr_array:
-        """Reconstruct the distinct points; return the graph of their affinities.
-
-        They are rows `points` of X; `place` says which of them each row is, or repeats.
-        """
+        """Reconstruct the distinct points, rows `points`; return their affinities."""
         n_samples, n_points = len(place), len(points)
         shape = (n_samples, n_samples)
         indices = np.arange(n_samples, dtype=np.int32)
         copies = indices[points[place] != indices]
-        joined = (np.ones(len(copies)), (copies, points[place][copies]))
-        pointing = sp.csr_array(joined, shape)
+        ends = copies, points[place][copies]
+        pointing = sp.csr_array((np.ones(len(copies)), ends), shape)
         self.affinity_matrix_ = pointing + pointing.T  # a copy's is to its point, 1
         if n_points == 1:  # there is nothing but copies to reconstruct it from
             self.coef_ = pointing + sp.csr_array(([1.0], ([0], [1])), shape)

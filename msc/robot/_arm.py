@@ -268,14 +268,14 @@ def _forgettable_arm(workspace: Workspace, dmp: DMP) -> Arm:
     return arm
 
 
-class _Kept(threading.local):
+class _ArmCache(threading.local):
     """The arms that a thread keeps, freed as it ends."""
 
     def __init__(self) -> None:
         self.arm = lru_cache(maxsize=4)(_forgettable_arm)
 
 
-_kept = _Kept()
+_cache = _ArmCache()
 
 
 def cached_arm(workspace: Workspace, dmp: DMP | None = None) -> Arm:
@@ -294,4 +294,4 @@ def cached_arm(workspace: Workspace, dmp: DMP | None = None) -> Arm:
         Not to be closed: the thread keeps four, and frees them as it ends. What it does
         does not depend on what it did before.
     """
-    return _kept.arm(workspace, dmp or DMP())
+    return _cache.arm(workspace, dmp or DMP())

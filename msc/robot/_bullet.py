@@ -255,13 +255,11 @@ class BulletWorld:
         return bodies
 
     def _load_obstacle(self, x: float, y: float, radius: float, height: float) -> int:
-        """Add an immovable, frictionless post, its middle at a height.
-
-        A capsule, as the links are: where two of them touch has a closed form, which
-        moves as smoothly as they do. Where a capsule touches a cylinder the engine
-        finds by iteration, and its last digits decide whether a link that slides along
-        touches or not.
-        """
+        """Add an immovable, frictionless post, its middle at a height."""
+        # A capsule, as the links are: where two of them touch has a closed form, which
+        # moves as smoothly as they do. Where a capsule touches a cylinder the engine
+        # finds by iteration; its last digits decide whether a link that slides along
+        # touches or not.
         bullet, client = self._bullet, self.client_id
         shape = bullet.createCollisionShape(
             bullet.GEOM_CAPSULE, radius=radius, height=0.2, physicsClientId=client
