@@ -68,11 +68,6 @@ class BulletWorld:
     ----------
     client_id : int
         PyBullet's number of the world; -1 once it is closed.
-
-    Raises
-    ------
-    RuntimeError
-        If the process has as many worlds already as PyBullet takes.
     """
 
     def __init__(
@@ -98,13 +93,7 @@ class BulletWorld:
         ]
 
     def close(self) -> None:
-        """Free the world, after what another thread has it do.
-
-        Raises
-        ------
-        RuntimeError
-            If the call comes from within a rollout, as from a signal's handler.
-        """
+        """Free the world, after what another thread has it do."""
         with _TURN:
             self._refuse_if_busy()
             self.client_id = -1
@@ -127,11 +116,6 @@ class BulletWorld:
         impulse : ndarray of shape (n_policies,)
             Their `Rollout.contact_impulse` (N s): PyBullet reports the forces of the
             last sub-step of each time step, which stand for all of it.
-
-        Raises
-        ------
-        RuntimeError
-            If the world has been freed, or the call comes from within a rollout.
         """
         with _TURN:
             self._refuse_if_busy()

@@ -99,18 +99,7 @@ class InverseDynamics:
         self._parts, self._terms = tuple(self._turning), tuple(self._weighted)
 
     def __call__(self, motion: _Array) -> _Array:
-        """Find the torques.
-
-        Parameters
-        ----------
-        motion : ndarray of shape (3, n_joints, n_arms)
-            Joint angles, velocities and accelerations (rad, rad/s, rad/s²).
-
-        Returns
-        -------
-        ndarray of shape (n_joints, n_arms)
-            Torques of the joints (N m).
-        """
+        """Find (n_joints, n_arms) torques of motion, as `joint_torques` has it."""
         angle, speed, acceleration = self._parts
         np.add.accumulate(motion, axis=1, out=self._turning)
         links, pulled = self._links, self._pulled
