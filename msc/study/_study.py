@@ -59,7 +59,6 @@ from msc.study._sampling import draw_samples, task_density
 from msc.study._summaries import Errors, measure_errors, summarise_trials
 from msc.study._trial import Trial
 
-WORLDS = ("free", "obstacles")
 _PACKAGES = ("numpy", "scikit-learn", "cvxpy", "pybullet")
 
 
