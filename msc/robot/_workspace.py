@@ -25,7 +25,15 @@ _BOUNDS = {"link_lengths": (0.05, 10.0), "link_masses": (0.01, 1000.0)}
 
 
 class Circle(NamedTuple):
-    """A round obstacle, as seen from above (m)."""
+    """A round obstacle, as seen from above.
+
+    Attributes
+    ----------
+    x, y : float
+        Its centre, from the arm's base (m).
+    radius : float
+        Its radius (m).
+    """
 
     x: float
     y: float
