@@ -30,7 +30,8 @@ class SearchOptions:
     tolerance : float, default=1e-7
         A run ends once the costs of its generations differ by less.
     max_evaluations : int, default=4000
-        Rollouts of one run, at most; converged ones take 400 to 2000.
+        A run ends with the generation whose rollouts exceed this; converged runs take
+        400 to 2000.
     patience : int, default=1200
         Rollouts after which a run that is still twice as dear as the cheapest known one
         is given up: most runs have converged by then.
