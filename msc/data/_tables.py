@@ -18,7 +18,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from msc._arrays import LARGEST
+from msc._checks import LARGEST
 from press import checksum, locked, replace_files
 
 WEIGHTS = tuple(f"weight_{axis}{number}" for axis in "xy" for number in (1, 2, 3))
@@ -58,7 +58,7 @@ _COMMANDS = {
     "elbow": "msc evaluate --profile full",
     "audit": "msc audit data/{workspace}.csv --out data/results/audit_{workspace}.json",
     "claims": "msc claims --out data/results/claims.json --readme README.md",
-    "results": "make bench",
+    "bench": "make bench",
 }
 
 
