@@ -18,7 +18,8 @@ def test_the_cut_is_where_both_sides_cost_the_same(tie, cut, monkeypatch):
         return SearchResult(angle, side, cost, 0.0, 0.0, 0.0, ())
 
     monkeypatch.setattr(msc.search._constants, "search_policy", search)
-    found = locate_cut()
+    found, told = locate_cut(), locate_cut(options=SearchOptions(near=0.1))
+    assert told == {**found, "options": ["near=0.1"]}
     assert found["tie_deg"] == pytest.approx(tie)
     assert found["cut_deg"] == cut
     angles = np.array(found["world_angle_deg"])
