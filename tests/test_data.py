@@ -78,6 +78,7 @@ def test_the_tasks_are_those_asked_for(name):
     wanted = offset + 360 * np.arange(n_tasks) / n_tasks
     np.testing.assert_allclose(found.task_deg, wanted, rtol=1e-12)
     np.testing.assert_array_equal(tasks[:, 0], np.deg2rad(found.task_deg))
+    np.testing.assert_array_equal(found.task_deg, found.table["task_deg"])
 
 
 @every_world

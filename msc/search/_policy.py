@@ -144,7 +144,7 @@ def search_policy(
     start_policies : sequence of array_like of shape (n_params,), optional
         Starts before those, from given policies and with a small first step.
     incumbent : SearchResult, optional
-        An earlier search of the same task, to go on from: its starts count too.
+        An earlier search of the same task, to go on from: its runs count too.
     dmp : DMP, optional
         What a policy means; by default ``DMP()``.
     options : SearchOptions, optional
