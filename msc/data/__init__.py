@@ -12,7 +12,7 @@ policies far apart; `make_two_arcs` has two pieces few enough to be looked at.
 
 from typing import TYPE_CHECKING
 
-from press._lazy import face
+from press import face
 
 if TYPE_CHECKING:
     from msc.data._jumps import find_jumps, make_two_arcs, step_sizes

@@ -15,7 +15,7 @@ degrees, counted from the cut; the final distance is `error` (m) in a `Rollout` 
 
 from typing import TYPE_CHECKING
 
-from press._lazy import face
+from press import face
 
 if TYPE_CHECKING:
     from msc.search._audit import LOWER, audit_table
