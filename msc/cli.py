@@ -91,6 +91,17 @@ def make_subject(root: Path) -> Subject:
     return Subject("msc", ("msc",), commands, values, fragments)
 
 
+def _add_options(parser: argparse.ArgumentParser) -> None:
+    """Declare how options of the search are set."""
+    parser.add_argument(
+        "--set",
+        metavar="NAME=VALUE",
+        action="append",
+        default=[],
+        help="an option of the search, as max_evaluations=400; may be repeated",
+    )
+
+
 def _add_search(commands: Commands) -> None:
     """Declare `msc search`."""
     parser = commands.add_parser("search", help="search the policies of many tasks")
@@ -103,25 +114,26 @@ def _add_search(commands: Commands) -> None:
     parser.add_argument(
         "--dask", metavar="tcp://HOST:PORT", help="a Dask scheduler; or tls://"
     )
+    _add_options(parser)
     parser.add_argument("--out", type=Path, required=True, help="a .csv file")
     parser.set_defaults(run=_run_search)
 
 
 def _run_search(options: argparse.Namespace) -> None:
     """Search and write a table; go on where an interrupted search stopped."""
-    from msc.search import SweepPlan, grid, search_tasks
+    from msc.search import SearchOptions, SweepPlan, grid, search_tasks
 
     guide: tuple[tuple[float, tuple[float, ...]], ...] = ()
     if options.guide:
-        _, policies, known = load_dataset(options.guide)
-        guide = tuple(
-            zip(known["task_deg"], map(tuple, policies.tolist()), strict=True)
-        )
+        known = load_dataset(options.guide)
+        policies = map(tuple, known.policies.tolist())
+        guide = tuple(zip(known.task_deg.tolist(), policies, strict=True))
     plan = SweepPlan(
         Workspace.named(options.workspace),
         grid(options.tasks, options.offset),
         options.seed,
         guide=guide,
+        options=SearchOptions.parse(options.set),
     )
     out: Path = options.out
     check_output(out, ".csv", jobs=options.jobs, seed=options.seed)
@@ -144,6 +156,7 @@ def _run_search(options: argparse.Namespace) -> None:
         f"msc search --workspace {options.workspace} --tasks {options.tasks}"
         f" --offset {options.offset:.17g} --seed {options.seed}"
         + (f" --guide data/{options.guide.name}" if options.guide else "")
+        + "".join(f" --set {changed}" for changed in plan.options.changed)
         + f" --out data/{out.name}"
     )
     save_table(table, out, command=command, seed=options.seed)
@@ -163,13 +176,14 @@ def _add_audit(commands: Commands) -> None:
     parser.add_argument("--sample", type=int, default=36, help="tasks searched again")
     add_seed(parser, 1, "a fresh seed")
     add_jobs(parser)
+    _add_options(parser)
     parser.add_argument("--out", type=Path, help="a .json file")
     parser.set_defaults(run=_run_audit)
 
 
 def _run_audit(options: argparse.Namespace) -> None:
     """Execute a table's policies again, search some again, bisect its jumps."""
-    from msc.search import LOWER, audit_table
+    from msc.search import LOWER, SearchOptions, audit_table
 
     out: Path | None = options.out
     if out:
@@ -181,6 +195,7 @@ def _run_audit(options: argparse.Namespace) -> None:
         seed=options.seed,
         jobs=options.jobs,
         progress=True,
+        options=SearchOptions.parse(options.set),
     )
     if out:
         write_json(out, found)
@@ -206,20 +221,20 @@ def _add_survey(commands: Commands) -> None:
     parser.add_argument("constant", choices=("cut", "layout"), help="which constant")
     add_seed(parser)
     add_jobs(parser)
+    _add_options(parser)
     parser.add_argument("--out", type=Path, required=True, help="a .json file")
     parser.set_defaults(run=_run_survey)
 
 
 def _run_survey(options: argparse.Namespace) -> None:
     """Measure where the circle is cut, or find the first fit layout of obstacles."""
-    from msc.search import choose_layout, locate_cut
+    from msc.search import SearchOptions, choose_layout, locate_cut
 
     out: Path = options.out
     check_output(out, ".json", jobs=options.jobs, seed=options.seed)
-    if options.constant == "cut":
-        found = locate_cut(seed=options.seed, jobs=options.jobs)
-    else:
-        found = choose_layout(seed=options.seed, jobs=options.jobs)
+    measure = locate_cut if options.constant == "cut" else choose_layout
+    how = SearchOptions.parse(options.set)
+    found = measure(seed=options.seed, jobs=options.jobs, options=how)
     write_json(out, found)
     print(out)
 

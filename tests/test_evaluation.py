@@ -3,8 +3,7 @@ import pandas as pd
 import pytest
 
 from msc import Arm
-from msc.data import WEIGHTS, save_table
-from msc.data._tables import COLUMNS
+from msc.data import COLUMNS, WEIGHTS, save_table
 from msc.search import cost
 from msc.study import TEST_SUBSETS, Experiment
 

@@ -9,8 +9,7 @@ import pytest
 from joblib.externals.loky import get_reusable_executor
 
 from msc.cli import main
-from msc.data import WEIGHTS, save_table
-from msc.data._tables import COLUMNS
+from msc.data import COLUMNS, WEIGHTS, save_table
 from msc.estimates import compare
 from msc.study import draw_samples, format_study, run_study, task_density
 from msc.study._methods import COMMON, METHODS
