@@ -12,12 +12,10 @@ from msc.cli import main
 from msc.data import WEIGHTS, save_table
 from msc.data._tables import COLUMNS
 from msc.estimates import compare
-from msc.study import draw_samples, format_study, run_study, task_density
+from msc.study import Experiment, draw_samples, format_study, run_study, task_density
 from msc.study._methods import COMMON, METHODS
-from msc.study._profiles import PROFILES, Profile, list_groups
-from msc.study._sampling import DESIGNS
+from msc.study._sampling import DESIGNS, PROFILES, Profile, list_groups
 from msc.study._summaries import measure_errors, summarise_trials
-from msc.study._trial import Trial
 from press import checksum
 
 GRID, TEST = np.arange(0, 360, 15.0), np.array([5.0, 95.0, 170.0, 200.0, 292.0])
@@ -186,7 +184,7 @@ def trials(folder):
         patch.chdir(folder)
         tasks = np.deg2rad(GRID)
         return [
-            Trial("obstacles", chosen, seed=3, names=COMMON)
+            Experiment("obstacles", chosen=chosen, seed=3, names=COMMON)
             for chosen in draw_samples("nonuniform", tasks, 8, n_draws=2, seed=3)
         ]
 

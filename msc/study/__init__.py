@@ -5,8 +5,6 @@ from typing import TYPE_CHECKING
 from press._lazy import face
 
 if TYPE_CHECKING:
-    from msc.study._evaluation import Experiment
-    from msc.study._execution import execute_policies
     from msc.study._methods import fit_methods, methods
     from msc.study._sampling import (
         draw_samples,
@@ -14,12 +12,8 @@ if TYPE_CHECKING:
         take_evenly,
         task_density,
     )
-    from msc.study._study import (
-        format_study,
-        run_elbows,
-        run_study,
-    )
-    from msc.study._summaries import find_cell
+    from msc.study._study import run_elbows, run_study
+    from msc.study._summaries import MEASURES, Study, find_cell, format_study
     from msc.study._tables import (
         PLAIN,
         SIGNS,
@@ -31,6 +25,6 @@ if TYPE_CHECKING:
         ratio_table,
         sets_table,
     )
-    from msc.study._trial import MEASURES, TEST_SUBSETS
+    from msc.study._trial import TEST_SUBSETS, Experiment, execute_policies
 
 __all__, __getattr__, __dir__ = face(__name__, __file__)
