@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 from press._lazy import face
 
 if TYPE_CHECKING:
-    from msc.claims._file import load_claims
+    from msc.claims._claims import load_claims
     from msc.claims._judge import (
         CLAIMS,
         VERDICTS,

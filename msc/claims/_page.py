@@ -7,8 +7,14 @@ from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from msc.claims._judge import CLAIMS, VERDICTS, judge_all
-from msc.claims._verdicts import BUILT_IN, SYMBOLS, Verdict
+from msc.claims._judge import (
+    BUILT_IN,
+    CLAIMS,
+    SYMBOLS,
+    VERDICTS,
+    Verdict,
+    judge_all,
+)
 from press import label, paragraph, plain
 
 TABLE = "claims_table.md"

@@ -12,6 +12,14 @@ if TYPE_CHECKING:
         take_evenly,
         task_density,
     )
+    from msc.study._selection import (
+        average_gates,
+        choose_criterion,
+        compare_clusterers,
+        compare_gates,
+        measure_elbows,
+        most_picked,
+    )
     from msc.study._study import run_elbows, run_study
     from msc.study._summaries import MEASURES, Study, find_cell, format_study
     from msc.study._tables import (

@@ -14,7 +14,7 @@ from math import comb
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from msc._arrays import to_floats
+from msc._checks import to_floats
 from msc.study._methods import COMMON, METHODS, N_CHARTS
 
 DESIGNS = ("even", "uniform", "nonuniform")

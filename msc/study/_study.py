@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from msc._parallel import call_in_order
 from msc.data import describe_origin, find_data, load_dataset
-from msc.learn import SMCE, average_gates, compare_gates, measure_elbows
+from msc.learn import SMCE
 from msc.study._methods import N_CHARTS
 from msc.study._sampling import (
     PROFILES,
@@ -26,6 +26,7 @@ from msc.study._sampling import (
     list_groups,
     task_density,
 )
+from msc.study._selection import average_gates, compare_gates, measure_elbows
 from msc.study._summaries import (
     Cell,
     Errors,
@@ -73,10 +74,9 @@ def run_study(
         If the workspace or the profile is another, or its data are unusable.
     """
     effort = _effort(profile)
-    datasets = load_dataset(name), load_dataset(f"{name}_test")
-    (tasks, *_), (test_tasks, _, test_table) = datasets
-    weights = pd.Series(task_density(test_tasks[:, 0]), index=test_table["task_deg"])
-    groups = list_groups(effort, tasks, seed)
+    datasets = grid, test = load_dataset(name), load_dataset(f"{name}_test")
+    weights = pd.Series(task_density(test.tasks[:, 0]), index=test.task_deg)
+    groups = list_groups(effort, grid.tasks, seed)
     calls = [
         (group.n_charts, group.names, chosen)
         for group in groups
@@ -153,8 +153,8 @@ def run_elbows(
     Returns
     -------
     dict
-        What `msc.learn.measure_elbows` found, what it rests on, and under
-        ``"gates"`` what `msc.learn.average_gates` gave, on the evenly spaced sets of
+        What `msc.study.measure_elbows` found, what it rests on, and under
+        ``"gates"`` what `msc.study.average_gates` gave, on the evenly spaced sets of
         the sweep.
 
     Raises

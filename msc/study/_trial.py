@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
-from msc.data import find_jumps, load_dataset
+from msc.data import Dataset, find_jumps, load_dataset
 from msc.estimates import Estimate, compare
 from msc.learn import SMCE
 from msc.robot import Workspace, cached_arm
@@ -22,8 +22,6 @@ TEST_SUBSETS = ("gate learned", "chart known", "away from jumps", "beside jumps"
 N_RESAMPLES = {"quick": 1_000, "full": 20_000}  # of a chapter's bootstrap, by profile
 _SIDE = 1e-9  # rad; a test task is predicted from so far before and behind it
 _OTHER = 1e-3  # of a weight; predictions so far apart are two
-
-Dataset = tuple[NDArray[np.float64], NDArray[np.float64], pd.DataFrame]
 
 
 class Experiment:
@@ -49,8 +47,8 @@ class Experiment:
         How many bootstrap resamples an interval rests on.
     seed : int, default=0
         Seed of the clustering and the resampling.
-    datasets : (dataset, dataset), optional
-        Grid and test tasks, if `load_dataset` has loaded them already.
+    datasets : (Dataset, Dataset), optional
+        Grid and test tasks, if they are loaded already.
 
     Attributes
     ----------

@@ -14,8 +14,7 @@ from typing import Any
 
 import yaml
 
-from msc.claims._lookups import FIELDS
-from msc.claims._measured import Measurement, parse
+from msc.claims._measures import FIELDS, Measurement, parse
 
 PREDICATES = ("below", "above", "equals", "at_least")
 N_WORDS = 40  # that a quotation may have
@@ -23,7 +22,7 @@ N_WORDS = 40  # that a quotation may have
 _NEEDED = ("id", "claim", "quote", "section", "chapter", "interpretations")
 _TEXTS = ("id", "claim", "quote", "section", "chapter", "margin", "why")
 _MAPPINGS = ("interpretations", "measured", "support")
-_OF_AN_INTERPRETATION = {"unit", "by_construction", "cannot_be_tested", *PREDICATES}
+_BESIDE = {"unit", "by_construction", "cannot_be_tested", *PREDICATES}
 _ID = re.compile(r"[A-Za-z0-9-]+")  # it is an anchor, and names a row
 _REFERENCE = re.compile(r"\{[^{}]*\}|(?:Figures?|Eqs?\.|Section) \d+")
 
@@ -187,9 +186,7 @@ def _interpretation(name: str, given: Any, shared: Mapping[str, Any]) -> Interpr
     threshold = given[named[0]]
     if isinstance(threshold, bool) or not isinstance(threshold, int | float):
         raise ValueError(f"{where}: {named[0]}: {threshold!r}; wanted a number")
-    what = {
-        key: value for key, value in given.items() if key not in _OF_AN_INTERPRETATION
-    }
+    what = {key: value for key, value in given.items() if key not in _BESIDE}
     measurement = _measurement("interpretations", name, what, shared)
     return Interpretation(
         name,
