@@ -88,7 +88,9 @@ MEASURES = {
         _mse("gate learned", standardised=True),
         Measure("error_cm", "distance at the end", _ERROR, "cm"),
         Measure("excess_cost", "excess cost", _EXCESS),
-        Measure("under_1_cm", "under_1_cm", lambda one: _ERROR(one) < 1, "", False),
+        Measure(
+            "under_1_cm", "under_1_cm", lambda one: _ERROR(one) < 1, has_ratio=False
+        ),
         Measure("touched", "touched", _TOUCHED, has_ratio=False),
         Measure("error_cm spread", _SPREAD, _ERROR, "cm", is_spread=True),
     )
