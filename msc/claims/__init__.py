@@ -1,4 +1,15 @@
-"""The paper's claims -> verdicts."""
+"""The paper's claims -> verdicts.
+
+A *claim* is a sentence of the paper and has one or several *interpretations* (the book
+calls them readings). Each names a *quantity* in a result file, as "ratio" or "jumps", and
+one predicate that the number, with its whole interval, must fulfil; `book/claims.yml`
+holds them all. What an interpretation came to is a *finding*, what a claim came to a
+*verdict*: `SYMBOLS` lists those there are.
+
+- `load_claims`: the file, checked
+- `judge_all`: every verdict, whoever asks; `show_claims` shows some in a chapter
+- `summarise`, `tally`, `write_claims`, `with_summary`: verdicts as data and as pages
+"""
 
 from typing import TYPE_CHECKING
 

@@ -1,4 +1,18 @@
-"""Methods against each other, on many training sets."""
+"""Methods against each other, on many training sets.
+
+A *training set* is n of the 360 searched tasks of a world, drawn by a *design* ("even",
+"uniform" or "nonuniform"). All *methods* are fitted to it; an *experiment* predicts the
+policies of the 120 test tasks with each, executes them, and takes *measures*: errors,
+one a test task and method, on a *test subset*. A *study* summarises them by design and
+n, and divides the charts' means by the other methods'; a *profile* says how much it does.
+
+- `draw_samples`, `take_evenly`, `nearest_task`, `task_density`: which tasks
+- `methods`, `fit_methods`: who is compared
+- `Experiment`, `execute_policies`, `TEST_SUBSETS`: one training set
+- `run_study`, `Study`, `MEASURES`, `find_cell`, `format_study`: many of them
+- `run_elbows` and, below it, `measure_elbows`, `most_picked`, `choose_criterion`,
+  `compare_gates`, `average_gates`, `compare_clusterers`: the choices inside a skill
+"""
 
 from typing import TYPE_CHECKING
 

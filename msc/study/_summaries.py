@@ -76,6 +76,11 @@ def _mse(subset: str, *, standardised: bool = False) -> Measure:
     return Measure(key, name, errors, of=f"{word}policies, {subset}")
 
 
+def _is_near(experiment: Experiment) -> pd.DataFrame:
+    """Tell who ended within a centimetre of the target."""
+    return experiment.executed_by_method("error_cm") < 1
+
+
 _ERROR, _EXCESS, _TOUCHED = (
     partial(Experiment.executed_by_method, column=column)
     for column in ("error_cm", "excess_cost", "touched")
@@ -88,9 +93,7 @@ MEASURES = {
         _mse("gate learned", standardised=True),
         Measure("error_cm", "distance at the end", _ERROR, "cm"),
         Measure("excess_cost", "excess cost", _EXCESS),
-        Measure(
-            "under_1_cm", "under_1_cm", lambda one: _ERROR(one) < 1, has_ratio=False
-        ),
+        Measure("under_1_cm", "under_1_cm", _is_near, has_ratio=False),
         Measure("touched", "touched", _TOUCHED, has_ratio=False),
         Measure("error_cm spread", _SPREAD, _ERROR, "cm", is_spread=True),
     )
