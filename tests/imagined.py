@@ -1,7 +1,10 @@
 """Results as they would be if the paper were right in everything, or in nothing."""
 
+import numpy as np
 import pandas as pd
 
+from msc.data import WEIGHTS
+from msc.data._tables import COLUMNS
 from msc.study import MEASURES
 
 SIZES = (8, 12, 16, 24, 36, 50, 72, 100, 180, 360)
@@ -144,3 +147,14 @@ def summary(mean):
 def near(value, name):
     """Name a number and give it an interval."""
     return {name: value, "low": 0.95 * value, "high": 1.05 * value}
+
+
+def imagine_table(tasks_deg, jumps_deg):
+    """Return a table of policies: a curve that is lifted at each jump."""
+    angles = np.deg2rad(tasks_deg)
+    curve = np.c_[np.sin(angles), np.cos(angles), np.sin(2 * angles)]
+    lifts = 6.0 * np.searchsorted(jumps_deg, tasks_deg)
+    table = pd.DataFrame(0.0, index=range(len(angles)), columns=list(COLUMNS))
+    table[list(WEIGHTS)] = np.c_[curve, 2 * curve] + lifts[:, None]
+    table["task_deg"], table["winner"] = tasks_deg, "start 0"
+    return table.assign(cost=0.1 + tasks_deg / 1000)

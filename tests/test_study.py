@@ -6,19 +6,19 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
-from imagined import imagine_study
+from imagined import imagine_study, imagine_table
 from joblib.externals.loky import get_reusable_executor
 from schema import departures
 
 from msc.cli import main
-from msc.data import WEIGHTS, save_table
-from msc.data._tables import COLUMNS
+from msc.data import save_table
 from msc.estimates import compare
 from msc.study import (
     MEASURES,
     Experiment,
     Study,
     draw_samples,
+    find_cell,
     format_study,
     run_study,
     task_density,
@@ -45,23 +45,13 @@ LEAST = replace(TINY, sizes={"even": (8,)}, repetitions=1, sweep_charts=())
 ORIGINAL = dict(PROFILES)
 
 
-def made_up(tasks_deg, jumps_deg):
-    angles = np.deg2rad(tasks_deg)
-    curve = np.c_[np.sin(angles), np.cos(angles), np.sin(2 * angles)]
-    lifts = 6.0 * np.searchsorted(jumps_deg, tasks_deg)
-    table = pd.DataFrame(0.0, index=range(len(angles)), columns=list(COLUMNS))
-    table[list(WEIGHTS)] = np.c_[curve, 2 * curve] + lifts[:, None]
-    table["task_deg"], table["winner"] = tasks_deg, "start 0"
-    return table.assign(cost=0.1 + tasks_deg / 1000)
-
-
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
     folder = tmp_path_factory.mktemp("repository")
     for name, jumps in (("free", []), ("obstacles", [112.5])):
         for suffix, tasks in (("", GRID), ("_test", TEST)):
             path = folder / "data" / f"{name}{suffix}.csv"
-            save_table(made_up(tasks, jumps), path, command="", seed=0)
+            save_table(imagine_table(tasks, jumps), path, command="", seed=0)
     return folder
 
 
@@ -79,15 +69,6 @@ def study(folder):
         patch.setitem(PROFILES, "quick", TINY)
         patch.setattr("msc.study._summaries.FEW", 1)
         return run_study("obstacles", seed=3)
-
-
-def find(study, design, n_samples):
-    (cell,) = (
-        cell
-        for cell in study["cells"]
-        if (cell["design"], cell["n_samples"]) == (design, n_samples)
-    )
-    return cell
 
 
 # The layout: of what is computed, of what is stored, and of what tests imagine
@@ -188,7 +169,7 @@ def test_the_sweep_tries_numbers_of_charts(study):
     for one in study["sweep"]:
         assert all(tuple(found) == ("charts",) for found in one["measures"].values())
     one_chart = study["sweep"][0]["measures"]["mse, gate learned"]["charts"]
-    single = find(study, "even", 8)["measures"]["mse, gate learned"]
+    single = find_cell(study, "even", 8)["measures"]["mse, gate learned"]
     assert one_chart == single["single regression"]
 
 
@@ -231,7 +212,7 @@ def trials(folder):
 
 
 def test_a_cell_says_what_its_trials_say(study, trials):
-    cell, weights = find(study, "nonuniform", 8), task_density(np.deg2rad(TEST))
+    cell, weights = find_cell(study, "nonuniform", 8), task_density(np.deg2rad(TEST))
     for name, subset in (
         ("mse, gate learned", "gate learned"),
         ("mse, chart known", "chart known"),
@@ -245,7 +226,7 @@ def test_a_cell_says_what_its_trials_say(study, trials):
 
 
 def test_its_ratios_are_those_of_compare(study, trials):
-    cell, weights = find(study, "nonuniform", 8), task_density(np.deg2rad(TEST))
+    cell, weights = find_cell(study, "nonuniform", 8), task_density(np.deg2rad(TEST))
     tables = [trial.executed_by_method("error_cm") for trial in trials]
     errors = {name: np.array([table[name] for table in tables]) for name in COMMON}
     for label, spread in (("error_cm", False), ("error_cm spread", True)):
@@ -316,7 +297,7 @@ def test_another_seed_draws_other_training_sets(study, monkeypatch):
     uniform = replace(LEAST, sizes={"uniform": (8,)}, repetitions=2)
     monkeypatch.setitem(PROFILES, "quick", uniform)
     other = run_study("obstacles", seed=4)
-    assert find(other, "uniform", 8) != find(study, "uniform", 8)
+    assert find_cell(other, "uniform", 8) != find_cell(study, "uniform", 8)
 
 
 def test_the_profiles_are_as_the_protocol_says():

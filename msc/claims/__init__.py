@@ -1,10 +1,11 @@
 """The paper's claims -> verdicts.
 
 A *claim* is a sentence of the paper and has one or several *interpretations* (the book
-calls them readings). Each names a *quantity* in a result file, as "ratio" or "jumps", and
-one predicate that the number, with its whole interval, must fulfil; `book/claims.yml`
-holds them all. What an interpretation came to is a *finding*, what a claim came to a
-*verdict*: `SYMBOLS` lists those there are.
+calls them readings). Each names a *quantity* in a result file, as "ratio" or "jumps",
+and one predicate that the number, with its whole interval, must fulfil;
+`book/claims.yml` holds them all. What an interpretation came to is a *finding*, and the
+findings make a *verdict*: reproduced, partly, not reproduced, undecided, by
+construction, or cannot be tested.
 
 - `load_claims`: the file, checked
 - `judge_all`: every verdict, whoever asks; `show_claims` shows some in a chapter

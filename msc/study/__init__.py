@@ -4,7 +4,8 @@ A *training set* is n of the 360 searched tasks of a world, drawn by a *design* 
 "uniform" or "nonuniform"). All *methods* are fitted to it; an *experiment* predicts the
 policies of the 120 test tasks with each, executes them, and takes *measures*: errors,
 one a test task and method, on a *test subset*. A *study* summarises them by design and
-n, and divides the charts' means by the other methods'; a *profile* says how much it does.
+n, and divides the charts' means by the other methods'; a *profile* says how much it
+does.
 
 - `draw_samples`, `take_evenly`, `nearest_task`, `task_density`: which tasks
 - `methods`, `fit_methods`: who is compared
