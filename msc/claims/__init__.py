@@ -9,12 +9,12 @@ construction, or cannot be tested.
 
 - `load_claims`: the file, checked
 - `judge_all`: every verdict, whoever asks; `show_claims` shows some in a chapter
-- `summarise`, `tally`, `write_claims`, `with_summary`: verdicts as data and as pages
+- `summarise`, `tally`, `claim_fragments`, `with_summary`: verdicts as data and as pages
 """
 
 from typing import TYPE_CHECKING
 
-from press._lazy import face
+from press import face
 
 if TYPE_CHECKING:
     from msc.claims._claims import load_claims
@@ -26,9 +26,9 @@ if TYPE_CHECKING:
         summarise,
     )
     from msc.claims._page import (
+        claim_fragments,
         tally,
         with_summary,
-        write_claims,
     )
 
 __all__, __getattr__, __dir__ = face(__name__, __file__)

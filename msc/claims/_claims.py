@@ -29,71 +29,30 @@ _REFERENCE = re.compile(r"\{[^{}]*\}|(?:Figures?|Eqs?\.|Section) \d+")
 
 @dataclass(frozen=True)
 class Interpretation:
-    """One way to understand a claim.
-
-    Attributes
-    ----------
-    name : str
-        What is read how.
-    measurement : Measurement or None
-        What is measured; None if it cannot be.
-    predicate : str
-        "below", "above", "equals" or "at_least".
-    threshold : float
-        What the measured number is held against.
-    unit : str
-        What follows the number in a sentence.
-    by_construction : str
-        What in the design of the experiment makes the predicate hold; empty if nothing.
-    cannot_be_tested : str
-        Why not; empty if it can.
-    """
+    """One way to understand a claim."""
 
     name: str
-    measurement: Measurement | None = None
+    measurement: Measurement | None = None  # None if nothing can be measured
     predicate: str = "below"
     threshold: float = 1.0
-    unit: str = ""
-    by_construction: str = ""
-    cannot_be_tested: str = ""
+    unit: str = ""  # what follows the number in a sentence
+    by_construction: str = ""  # what in our design makes the predicate hold
+    cannot_be_tested: str = ""  # why not
 
 
 @dataclass(frozen=True)
 class Claim:
-    """One sentence of the paper, and how it is tested.
-
-    Attributes
-    ----------
-    id : str
-        Its name.
-    claim : str
-        What is claimed, in our words.
-    quote : str
-        In the paper's, at most 40 of them.
-    section : str
-        Where in the paper.
-    chapter : str
-        Page of the book that shows it.
-    interpretations : tuple of Interpretation
-        The paper's own first.
-    margin : str
-        Why the thresholds are what they are.
-    support : dict from str to Measurement
-        What else `why` may quote.
-    why : str
-        Why our verdict differs from the paper's; `{name}` stands for what an
-        interpretation or a support measured.
-    """
+    """One sentence of the paper, and how it is tested."""
 
     id: str
-    claim: str
-    quote: str
+    claim: str  # in our words
+    quote: str  # in the paper's
     section: str
-    chapter: str
-    interpretations: tuple[Interpretation, ...]
-    margin: str = ""
-    support: dict[str, Measurement] = field(default_factory=dict)
-    why: str = ""
+    chapter: str  # page of the book that shows it
+    interpretations: tuple[Interpretation, ...]  # the paper's own first
+    margin: str = ""  # why the thresholds are what they are
+    support: dict[str, Measurement] = field(default_factory=dict)  # what `why` quotes
+    why: str = ""  # our verdict differs; {name} is what that measured
 
     @property
     def files(self) -> set[str]:

@@ -43,26 +43,12 @@ _NONE = dict.fromkeys(("value", "low", "high"))
 
 @dataclass(frozen=True)
 class Finding:
-    """What an interpretation of a claim came to.
-
-    Attributes
-    ----------
-    name : str
-        The interpretation.
-    verdict : str
-        A key of `SYMBOLS`.
-    estimate : Estimate or None
-        What was measured; of several numbers the one that favours the claim least.
-    measured : str
-        The same in words, with its unit; or why it cannot be.
-    wanted : str
-        What the claim wants of it.
-    """
+    """What an interpretation of a claim came to."""
 
     name: str
-    verdict: str
-    estimate: Estimate | None
-    measured: str
+    verdict: str  # a key of SYMBOLS
+    estimate: Estimate | None  # of several, the one that favours the claim least
+    measured: str  # the same in words, with its unit; or why it cannot be
     wanted: str = ""
 
     @property
@@ -74,24 +60,12 @@ class Finding:
 
 @dataclass(frozen=True)
 class Verdict:
-    """What a claim came to.
-
-    Attributes
-    ----------
-    claim : Claim
-        The claim.
-    verdict : str
-        A key of `SYMBOLS`.
-    findings : tuple of Finding
-        What each interpretation came to, the paper's own first.
-    why : str
-        Why that differs from the paper, with what was measured in its placeholders.
-    """
+    """What a claim came to."""
 
     claim: Claim
-    verdict: str
-    findings: tuple[Finding, ...]
-    why: str = ""
+    verdict: str  # a key of SYMBOLS
+    findings: tuple[Finding, ...]  # the paper's own interpretation first
+    why: str = ""  # it differs from the paper, with what was measured
 
     @property
     def words(self) -> str:
@@ -216,31 +190,14 @@ def summarise(verdicts: Iterable[Verdict]) -> dict[str, Any]:
 def judge(claim: Claim, results: Mapping[str, Any]) -> Verdict:
     """Hold what was measured against a claim.
 
-    Parameters
-    ----------
-    claim : Claim
-        The claim.
-    results : mapping
-        Contents of the result files, by name.
-
-    Returns
-    -------
-    Verdict
-        That of the interpretations if they agree, and "by construction" if the first,
-        the paper's own, is. Otherwise "partly" if any is reproduced; else "not
-        reproduced", since one refutes the claim and none confirms it.
-
-    Raises
-    ------
-    ValueError
-        If a number is missing; the message names the claim and the interpretation.
-
-    Notes
-    -----
     An interpretation is reproduced if its predicate holds on the whole of each
     interval; not reproduced if it fails on the whole of one, widened for as many as
     were looked at; otherwise undecided. One that the design of the experiment makes
     true is "by construction" where it would be reproduced.
+
+    A claim has the verdict of its interpretations if they agree, and "by construction"
+    if the first, the paper's own, is. Otherwise "partly" if any is reproduced; else
+    "not reproduced", since one refutes the claim and none confirms it.
     """
     findings, quoted = [], {}
     name = ""

@@ -135,24 +135,12 @@ SIDES = {"quotient": ("top", "bottom"), "difference": ("plus", "minus")}
 
 @dataclass(frozen=True)
 class Measurement:
-    """Where a number stands, or how it is made of two others.
+    """Where a number stands, or how it is made of two others."""
 
-    Attributes
-    ----------
-    quantity : str
-        A key of `QUANTITIES` or of `SIDES`.
-    fields : dict
-        What the quantity needs; its own value is under its name.
-    parts : tuple of Measurement
-        The two sides of a quotient or a difference.
-    average : bool
-        Whether several numbers are averaged into one.
-    """
-
-    quantity: str
-    fields: dict[str, Any]
-    parts: tuple[Measurement, ...] = ()
-    average: bool = False
+    quantity: str  # a key of QUANTITIES or of SIDES
+    fields: dict[str, Any]  # what it needs; its own value is under its name
+    parts: tuple[Measurement, ...] = ()  # the sides of a quotient or a difference
+    average: bool = False  # several numbers into one
 
     @property
     def files(self) -> set[str]:
@@ -168,32 +156,7 @@ class Measurement:
 
 
 def parse(given: Any, shared: Mapping[str, Any]) -> Measurement:
-    """Read a measurement.
-
-    Parameters
-    ----------
-    given : mapping
-        One quantity and what it needs.
-    shared : mapping
-        Fields that count where `given` does not have them.
-
-    Returns
-    -------
-    Measurement
-        Complete, without the fields that its quantity does not need.
-
-    Raises
-    ------
-    ValueError
-        If the quantity is unknown, or a field missing or unknown; the message begins
-        with the field.
-
-    Examples
-    --------
-    >>> given = {"jumps": "besides the cut"}
-    >>> parse(given, {"file": "data/results/audit_free.json"}).files
-    {'data/results/audit_free.json'}
-    """
+    """Read a measurement; fields of `shared` count where `given` lacks them."""
     found = [key for key in given if key in QUANTITIES or key in SIDES]
     if len(found) != 1:
         wanted = ", ".join([*QUANTITIES, *SIDES])
@@ -216,25 +179,9 @@ def parse(given: Any, shared: Mapping[str, Any]) -> Measurement:
 
 
 def measure(measurement: Measurement, results: Mapping[str, Any]) -> list[Estimate]:
-    """Look numbers up and combine them.
+    """Look numbers up and combine them: one, or as many as lists ask for.
 
-    Parameters
-    ----------
-    measurement : Measurement
-        Which.
-    results : mapping
-        Contents of the result files, by name.
-
-    Returns
-    -------
-    list of Estimate
-        One, or as many as lists ask for; NaN where no test task counts, as away from
-        jumps if training tasks lie far apart.
-
-    Raises
-    ------
-    ValueError
-        If a number is not there; the message says what was looked for, and where.
+    NaN where no test task counts, as away from jumps if training tasks lie far apart.
     """
     quantity = measurement.quantity
     if quantity in SIDES:

@@ -17,7 +17,7 @@ does.
 
 from typing import TYPE_CHECKING
 
-from press._lazy import face
+from press import face
 
 if TYPE_CHECKING:
     from msc.study._methods import fit_methods, methods

@@ -177,31 +177,15 @@ def nearest_task(tasks_deg: ArrayLike, task_deg: float) -> int:
 
 @dataclass(frozen=True)
 class Profile:
-    """How much a study does.
+    """How much a study does."""
 
-    Attributes
-    ----------
-    repetitions : int
-        Training sets of each size and design, at most.
-    sizes : dict from str to tuple of int
-        Sample sizes of each design.
-    sweep_charts, sweep_sizes : tuple of int
-        Numbers of charts tried at each of these sample sizes, evenly spaced.
-    sweep_repetitions : int
-        Training sets of each, at most.
-    n_resamples : int
-        Bootstrap resamples.
-    n_elbows : int
-        Resamplings of the policies in which an elbow is looked for.
-    """
-
-    repetitions: int
-    sizes: dict[str, tuple[int, ...]]
-    sweep_charts: tuple[int, ...]
-    sweep_sizes: tuple[int, ...]
-    sweep_repetitions: int
-    n_resamples: int
-    n_elbows: int
+    repetitions: int  # training sets of each size and design, at most
+    sizes: dict[str, tuple[int, ...]]  # of samples, by design
+    sweep_charts: tuple[int, ...]  # numbers of charts tried, evenly spaced,
+    sweep_sizes: tuple[int, ...]  # at each of these sample sizes,
+    sweep_repetitions: int  # on so many training sets, at most
+    n_resamples: int  # of the bootstrap
+    n_elbows: int  # resamplings of the policies in which an elbow is looked for
 
 
 _SIZES = (8, 12, 16, 24, 36, 50, 72, 100, 180, 360)
@@ -221,46 +205,17 @@ PROFILES = {
 
 @dataclass(frozen=True)
 class Group:
-    """Training sets whose trials are summarised together.
-
-    Attributes
-    ----------
-    design : {"even", "uniform", "nonuniform"}
-        How they were drawn.
-    sets : list of ndarray
-        Indices of the tasks, one array a set.
-    n_charts : int
-        Charts that SMCE is asked for.
-    names : tuple of str
-        Methods fitted.
-    is_sweep : bool
-        Whether it is the number of charts that is tried.
-    """
+    """Training sets whose trials are summarised together."""
 
     design: str
-    sets: list[Indices]
+    sets: list[Indices]  # of the tasks
     n_charts: int = N_CHARTS
     names: tuple[str, ...] = METHODS
-    is_sweep: bool = False
+    is_sweep: bool = False  # whether it is the number of charts that is tried
 
 
 def list_groups(profile: Profile, tasks: NDArray[np.float64], seed: int) -> list[Group]:
-    """Draw all training sets of a study.
-
-    Parameters
-    ----------
-    profile : Profile
-        How much it does.
-    tasks : ndarray of shape (n_tasks, 1)
-        The grid that is drawn from (rad).
-    seed : int
-        Seed of the draws.
-
-    Returns
-    -------
-    list of Group
-        By design and size, and then those of the sweep over the number of charts.
-    """
+    """Draw all training sets: by design and size, then those of the sweep."""
     return [*_list_cells(profile, tasks, seed), *_list_sweep(profile, tasks, seed)]
 
 

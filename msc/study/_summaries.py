@@ -27,33 +27,15 @@ Errors = dict[str, pd.DataFrame]
 
 
 class Measure(NamedTuple):
-    """What is measured of every method.
+    """What is measured of every method."""
 
-    Attributes
-    ----------
-    key : str
-        Its name in a study.
-    name : str
-        What it is called where it is shown.
-    errors : callable
-        Takes an experiment; one row a test task, one column a method.
-    unit : str
-        Of what it counts; policy weights have none.
-    has_ratio : bool
-        Whether methods are divided by each other; a share is often zero.
-    is_spread : bool
-        Whether it is the standard deviation over the test tasks, not their mean.
-    of : str
-        What a mean squared error is taken of.
-    """
-
-    key: str
-    name: str
-    errors: Callable[[Experiment], pd.DataFrame]
-    unit: str = ""
-    has_ratio: bool = True
-    is_spread: bool = False
-    of: str = ""
+    key: str  # in a study
+    name: str  # where it is shown
+    errors: Callable[[Experiment], pd.DataFrame]  # a row a test task, a column a method
+    unit: str = ""  # policy weights have none
+    has_ratio: bool = True  # no share has: it is often zero
+    is_spread: bool = False  # a standard deviation over the test tasks, not their mean
+    of: str = ""  # what a mean squared error is taken of
 
     @property
     def label(self) -> str:
@@ -173,18 +155,7 @@ class Study(TypedDict):
 
 
 def measure_errors(experiment: Experiment) -> Errors:
-    """Measure an experiment in every way.
-
-    Parameters
-    ----------
-    experiment : Experiment
-        One training set and the methods fitted to it.
-
-    Returns
-    -------
-    dict from str to DataFrame
-        For each measure one row a test task, one column a method.
-    """
+    """Measure an experiment in every way: a row a test task, a column a method."""
     return {key: measure.errors(experiment) for key, measure in MEASURES.items()}
 
 
@@ -197,28 +168,10 @@ def summarise_trials(
 ) -> dict[str, Any]:
     """Summarise experiments that differ by their training sets alone.
 
-    Parameters
-    ----------
-    trials : sequence of dict
-        What `measure_errors` returned, one entry a training set.
-    weights : Series, optional
-        How much each test task counts, indexed as the errors are; by default all the
-        same.
-    n_resamples : int, default=1000
-        Bootstrap resamples.
-    seed : int, default=0
-        Seed of the resampling.
-
-    Returns
-    -------
-    dict
-        "measures" and "ratios" of a `Cell`. With three test tasks an interval that is
-        meant to miss one time in twenty misses one in four, hence none below ten.
-
-    Notes
-    -----
-    A summary's standard deviation, median and 95th percentile are those of all errors,
-    whichever the training set.
+    Test tasks count by the weights, indexed as the errors are. Standard deviation,
+    median and 95th percentile are those of all errors, whichever the training set. With
+    three test tasks an interval that is meant to miss one time in twenty misses one in
+    four, hence no ratio of fewer than ten.
     """
     measures: dict[str, Any] = {}
     ratios: list[dict[str, Any]] = []
