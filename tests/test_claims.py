@@ -9,9 +9,8 @@ import yaml
 from imagined import imagine
 
 from msc.claims import claim_fragments, judge_all, load_claims, summarise
-from msc.claims._judge import read_results
+from msc.claims._judge import SYMBOLS, judge
 from msc.claims._page import sections_markdown, table_markdown
-from msc.claims._verdicts import SYMBOLS, judge
 from msc.cli import main
 from press import checksum, pages
 
@@ -390,15 +389,14 @@ def test_a_missing_result_file_names_the_claim_and_the_command(repository, capsy
 def test_results_of_other_tables_are_refused(repository):
     table = repository / "data" / "free.csv"
     table.write_text("a\n1\n", "utf-8")
-    claims = load_claims(repository / "book" / "claims.yml")
     provenance = {"provenance": {"data": {"free.csv": checksum(table)}}}
     (repository / STUDY).write_text(
         json.dumps(study(mse={24: LOW}) | provenance), "utf-8"
     )
-    assert STUDY in read_results(claims, repository)
+    assert [one.verdict for one in judge_all(repository)] == ["reproduced"]
     table.write_text("a\n2\n", "utf-8")
     with pytest.raises(ValueError, match=r"study_free\.json rests on another free"):
-        read_results(claims, repository)
+        judge_all(repository)
 
 
 def test_the_command_prints_and_writes_verdicts(repository, capsys):

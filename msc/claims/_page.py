@@ -7,8 +7,14 @@ from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from msc.claims._judge import CLAIMS, VERDICTS, judge_all
-from msc.claims._verdicts import BUILT_IN, SYMBOLS, Verdict
+from msc.claims._judge import (
+    BUILT_IN,
+    CLAIMS,
+    SYMBOLS,
+    VERDICTS,
+    Verdict,
+    judge_all,
+)
 from press import label, paragraph, plain
 
 TABLE = "claims_table.md"
@@ -52,21 +58,7 @@ def claim_fragments(root: Path, pages: Collection[str]) -> dict[str, str]:
 
 
 def table_markdown(verdicts: Sequence[Verdict], pages: Collection[str]) -> str:
-    """Write the table that opens the book.
-
-    Parameters
-    ----------
-    verdicts : sequence of Verdict
-        What `msc.claims.judge` returned.
-    pages : collection of str
-        Names of the book's pages; others are not linked to.
-
-    Returns
-    -------
-    str
-        Markdown: each claim linked to the chapter that shows it, each verdict to its
-        readings.
-    """
+    """Write the table that opens the book: links to chapters and to sections."""
     rows = ["```{table}", ":widths: 5 2 4"]  # in shares of the page
     rows += [_row("the paper claims", "here", "measured"), "|---|---|---|"]
     for one in verdicts:
@@ -101,36 +93,12 @@ def tally(summary: Mapping[str, Mapping[str, Any]]) -> str:
 
 
 def sections_markdown(verdicts: Sequence[Verdict], pages: Collection[str]) -> str:
-    """Write a section a claim: what each reading measured, and its verdict.
-
-    Parameters
-    ----------
-    verdicts : sequence of Verdict
-        What `msc.claims.judge` returned.
-    pages : collection of str
-        Names of the book's pages; others are not linked to.
-
-    Returns
-    -------
-    str
-        Markdown, with the anchor `claim-…` for each claim.
-    """
+    """Write a section a claim, with its anchor: what each reading measured."""
     return "\n\n".join(_section(one, pages) for one in verdicts) + "\n"
 
 
 def summary_markdown(summary: Mapping[str, Mapping[str, Any]]) -> str:
-    """Write which claims got which verdict.
-
-    Parameters
-    ----------
-    summary : mapping
-        What `msc.claims.summarise` returned.
-
-    Returns
-    -------
-    str
-        Markdown: one row a verdict that occurs.
-    """
+    """Write which claims got which verdict, a row each that occurs."""
     rows = [_row("verdict", "claims", "which"), "|---|---|---|"]
     for verdict, sign in SYMBOLS.items():
         ids = [name for name, one in summary.items() if one["verdict"] == verdict]
