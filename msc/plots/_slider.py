@@ -2,7 +2,7 @@
 
 A `Slider` is panels of marks; some marks stand still, others have a shape for every
 step of the slider, or for every step and moment of a film. It shows itself as HTML with
-a canvas, `scrubber.js` and its numbers inline, and as a picture where there is no
+a canvas, `slider.js` and its numbers inline, and as a picture where there is no
 script: on paper, or with JavaScript off.
 """
 
@@ -12,17 +12,28 @@ import base64
 import html
 import io
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import wraps
 from pathlib import Path
-from typing import Any
+from typing import Any, Concatenate, ParamSpec
 
+import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from numpy.typing import ArrayLike
 
+from msc.plots._style import styled
+
 SCALE = 1000  # of coordinates, relative to a panel's width: as fine as a screen
+FLAT = 0.6  # height over width of the panels beside the arm
+TASK_AXIS: dict[str, Any] = {
+    "x_label": "task angle (degrees)",
+    "x_ticks": (0, 90, 180, 270, 360),
+}
+_P = ParamSpec("_P")
 _SCRIPT = Path(__file__).with_name("slider.js")
 
 
@@ -119,8 +130,6 @@ class Slider:
         What that shows.
     first : int, default=0
         Where the slider is at first.
-    n_times : int, default=1
-        Moments of a film.
     seconds : float, default=2.2
         How long a film takes.
     walks : bool, default=False
@@ -141,7 +150,6 @@ class Slider:
     poster: Figure
     poster_alt: str
     first: int = 0
-    n_times: int = 1
     seconds: float = 2.2
     walks: bool = False
     legend: dict[str, str] = field(default_factory=dict)
@@ -160,6 +168,12 @@ class Slider:
                         f"a mark that varies by {mark.varies} has {len(mark.points)} "
                         f"shapes; wanted one a label, {n_steps}"
                     )
+
+    @property
+    def n_times(self) -> int:
+        """Moments of a film: of the marks that vary with time."""
+        marks = (mark for panel in self.panels for mark in panel.marks)
+        return max((len(m.points[0]) for m in marks if m.varies == "time"), default=1)
 
     def _repr_mimebundle_(self, **_: Any) -> dict[str, Any]:
         """Show the page's HTML, or the poster where there is none."""
@@ -197,7 +211,7 @@ class Slider:
         play = '<button type="button">Play</button>' if plays else ""
         data = json.dumps(self._data(), separators=(",", ":")).replace("<", r"\u003c")
         return (
-            '<div class="msc-scrubber">'
+            '<div class="msc-slider">'
             f'<img class="msc-poster" alt="{html.escape(self.poster_alt)}" '
             f'src="data:image/png;base64,{image}">'
             f'<div class="msc-panels msc-of-{len(self.panels)}">{canvases}</div>'
@@ -231,23 +245,24 @@ class Slider:
 def choose_ticks(low: float, high: float) -> tuple[float, ...]:
     """Choose a handful of round numbers for an axis.
 
-    Parameters
-    ----------
-    low, high : float
-        Where the axis begins and ends.
-
-    Returns
-    -------
-    tuple of float
-        Numbers between them.
-
-    Examples
-    --------
     >>> choose_ticks(-4.2, 21)
     (0.0, 5.0, 10.0, 15.0, 20.0)
     """
     places = MaxNLocator(6, steps=[1, 2, 2.5, 5, 10]).tick_values(low, high)
     return tuple(float(f"{place:.6g}") for place in places if low <= place <= high)
+
+
+def poster(draw: Callable[Concatenate[Axes, _P], None]) -> Callable[_P, Figure]:
+    """Have what draws into a panel draw a slider's poster."""
+
+    @styled
+    @wraps(draw)
+    def drawn(*args: _P.args, **options: _P.kwargs) -> Figure:
+        figure, axis = plt.subplots(figsize=(4.2, 4.2))
+        draw(axis, *args, **options)
+        return figure
+
+    return drawn
 
 
 def _describe(panel: Panel) -> dict[str, Any]:
