@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import msc.plots._executed
+import msc.plots._movements
 import msc.search._cmaes
 from msc import SMCE, Arm, Workspace, load_dataset
 from msc.data import load_results, make_two_arcs
@@ -63,7 +63,7 @@ def few_movements():
     policies = np.zeros((8, 6))
     found = np.deg2rad(degrees)[:, None], policies, pd.DataFrame({"task_deg": degrees})
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(msc.plots._executed, "load_dataset", lambda _: found)
+        patch.setattr(msc.plots._movements, "load_dataset", lambda _: found)
         return Movements("obstacles")
 
 

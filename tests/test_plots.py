@@ -5,10 +5,10 @@ import pytest
 from figures import experiment
 
 from msc.plots import plot_execution, plot_manifold, slide_execution
-from msc.plots._execution import find_median
 from msc.plots._figures import METHODS
 from msc.plots._study import name_measure
 from msc.plots._style import COLOURS
+from msc.plots._task_sliders import find_median
 
 
 @pytest.fixture(scope="module")

@@ -9,6 +9,7 @@ if TYPE_CHECKING:
         plot_followed,
         plot_poses,
         plot_weights,
+        slide_weight,
     )
     from msc.plots._audit import (
         plot_curves,
@@ -18,12 +19,6 @@ if TYPE_CHECKING:
         confirmed_jumps,
         list_jumps,
         summarise,
-    )
-    from msc.plots._camera import (
-        check_suffix,
-        film,
-        render,
-        side_by_side,
     )
     from msc.plots._charts import (
         elbow_table,
@@ -41,15 +36,16 @@ if TYPE_CHECKING:
         task_table,
     )
     from msc.plots._costs import plot_costs
-    from msc.plots._curves import plot_rivals
-    from msc.plots._executed import Movements
-    from msc.plots._execution import slide_execution
     from msc.plots._figures import (
         plot_execution,
         plot_manifold,
     )
-    from msc.plots._generations import plot_generations
-    from msc.plots._generations_slider import slide_generations
+    from msc.plots._film import (
+        check_suffix,
+        film,
+        render,
+        side_by_side,
+    )
     from msc.plots._graph import (
         plot_affinity,
         plot_clusterings,
@@ -59,19 +55,31 @@ if TYPE_CHECKING:
         slide_charts,
         slide_regularization,
     )
-    from msc.plots._marks import WEIGHT_NAMES
     from msc.plots._movements import (
+        Movements,
         plot_breaks,
         plot_tasks,
     )
-    from msc.plots._predicted import slide_predictions
-    from msc.plots._skill import plot_composition
+    from msc.plots._search import (
+        plot_generations,
+        slide_generations,
+    )
+    from msc.plots._skill import (
+        plot_composition,
+        plot_rivals,
+    )
     from msc.plots._study import (
         plot_sample_sizes,
         plot_sweep,
     )
-    from msc.plots._style import LOOKS
-    from msc.plots._weights import slide_weight
+    from msc.plots._style import (
+        LOOKS,
+        WEIGHT_NAMES,
+    )
+    from msc.plots._task_sliders import (
+        slide_execution,
+        slide_predictions,
+    )
     from msc.plots._world import plot_workspaces
 
 __all__, __getattr__, __dir__ = face(__name__, __file__)

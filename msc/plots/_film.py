@@ -95,6 +95,7 @@ class Scene:
         canvas.cylinder(points[-1], 0.031, heights, BLUE)
         return canvas.develop()
 
+
 def film(
     workspace: Workspace, rollout: Rollout, target: ArrayLike, *, n_frames: int = 45
 ) -> list[Image.Image]:

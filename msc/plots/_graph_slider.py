@@ -12,9 +12,8 @@ from sklearn.decomposition import PCA
 
 from msc.learn import SMCE, elbow
 from msc.plots._graph import CLOSE, edges, plot_graph
-from msc.plots._marks import FLAT, TASK_AXIS, WEIGHT_NAMES
-from msc.plots._slider import Mark, Panel, Slider, choose_ticks
-from msc.plots._style import CHART_COLOURS, TRIO, chart_colour
+from msc.plots._slider import FLAT, TASK_AXIS, Mark, Panel, Slider, choose_ticks
+from msc.plots._style import CHART_COLOURS, TRIO, WEIGHT_NAMES, chart_colour
 
 ACROSS = TRIO[1]  # edges that join different curves
 MAX_CHARTS = len(CHART_COLOURS)  # of a slider's steps, if it does not begin beyond

@@ -42,20 +42,21 @@ class Curve(NamedTuple):
     chart: int
     degrees: Array
     mean: Array
-    std: Array | None  # the policies' noise included; None if it is not known
+    std: Array  # the policies' noise included; zeros if it is not known
 
 
 def predict_curves(learner: Any, weight: int, tasks: Array = DENSE) -> Iterator[Curve]:
     """Predict a weight over many tasks (rad), cut where the gate's chart changes."""
-    degrees, gate, std = np.rad2deg(tasks[:, 0]), np.zeros(len(tasks), int), None
     if isinstance(learner, ParameterizedSkill):
         gate = learner.predict_chart(tasks)
         mean, std = learner.predict(tasks, return_std=True)
     else:  # others have no band in these units
-        mean = learner.predict(tasks)
+        gate, mean = np.zeros(len(tasks), int), learner.predict(tasks)
+        std = np.zeros_like(mean)
+    degrees = np.rad2deg(tasks[:, 0])
     for piece in np.split(np.arange(len(gate)), np.flatnonzero(np.diff(gate)) + 1):
-        known = None if std is None else std[piece, weight]
-        yield Curve(int(gate[piece[0]]), degrees[piece], mean[piece, weight], known)
+        found = mean[piece, weight], std[piece, weight]
+        yield Curve(int(gate[piece[0]]), degrees[piece], *found)
 
 
 def draw_regression(
@@ -76,13 +77,18 @@ def draw_regression(
         pale = 1.0 if only in (None, chart) else 0.3
         look: Any = {"color": colour or chart_colour(chart)}
         axis.plot(degrees, mean, alpha=pale, **look)
-        if std is not None:
+        if std.any():
             edges = mean - 2 * std, mean + 2 * std
             axis.fill_between(degrees, *edges, alpha=band * pale, lw=0, **look)
 
 
 def draw_by_chart(
-    axis: Axes, points: Array, charts: ArrayLike, *, only: int | None = None, **look: Any
+    axis: Axes,
+    points: Array,
+    charts: ArrayLike,
+    *,
+    only: int | None = None,
+    **look: Any,
 ) -> None:
     """Draw points in the colours and with the markers of their charts."""
     for chart in np.unique(charts):

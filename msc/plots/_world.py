@@ -29,7 +29,7 @@ class View(NamedTuple):
 
     goals: dict[str, Any]  # the circle of goals
     goal: dict[str, Any]  # the task's
-    frame: dict[str, Any] = {}  # the axes, which are seen if they have names
+    frame: dict[str, Any]  # the axes, which are seen if they have names
 
 
 _METRES: dict[str, Any] = {"xlabel": "x (m)", "ylabel": "y (m)"}
@@ -55,10 +55,10 @@ VIEWS = {
         {"xlim": (-0.95, 0.8), "ylim": (-0.95, 0.8)},
     ),
     "search": View(
-        {"color": GOAL, "lw": 0.8}, {**_RING, "mec": GOAL, "ms": 8, "mew": 1.6}
+        {"color": GOAL, "lw": 0.8}, {**_RING, "mec": GOAL, "ms": 8, "mew": 1.6}, {}
     ),
     "movement": View(
-        {"color": "red", "lw": 0.8}, {**_RING, "mec": "red", "ms": 8, "mew": 1.6}
+        {"color": "red", "lw": 0.8}, {**_RING, "mec": "red", "ms": 8, "mew": 1.6}, {}
     ),
 }
 TOUCHED = {"ec": TRIO[1], "lw": 2}  # the rim of an obstacle
@@ -186,9 +186,9 @@ def draw_links(
 
 def mark_world(world: Workspace) -> list[Mark]:
     """Show what stands in a world."""
-    colours = {"ring": {"colour": GOAL}, "disc": {}}
+    colours = {"ring": GOAL, "disc": "ink"}
     return [
-        Mark(kind, [[x, y]], radius=radius, **colours[kind])
+        Mark(kind, [[x, y]], radius=radius, colour=colours[kind])
         for kind, (x, y, radius) in outlines(world)
     ]
 
@@ -197,7 +197,7 @@ def mark_goal(
     world: Workspace, task_deg: ArrayLike, kind: str = "disc", **look: Any
 ) -> Mark:
     """Show the goal of a task, or of one task a step."""
-    look = {"radius": 0.025, "colour": GOAL} | look
+    look = {"radius": 0.025, "colour": GOAL, **look}
     if np.ndim(task_deg) == 0:
         return Mark(kind, [world.target(task_deg)], **look)
     return Mark(kind, world.target(task_deg)[:, None], "step", **look)
