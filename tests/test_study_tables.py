@@ -3,6 +3,7 @@ from dataclasses import replace
 import pytest
 
 from msc import load_dataset
+from msc.estimates import Estimate
 from msc.plots import plot_sample_sizes, plot_sweep
 from msc.study import (
     compare_cells,
@@ -13,7 +14,6 @@ from msc.study import (
     ratio_table,
     sets_table,
 )
-from msc.study._comparison import Comparison
 
 BASELINES = {"single regression": 2.0, "CrKr": 1.0, "nearest neighbour": 0.5}
 
@@ -97,8 +97,8 @@ def test_kernels_are_compared_like_with_like_and_across():
 
 
 def test_comparisons_stand_below_one_another():
-    one = Comparison("MSE", "charts", "CrKr", 0.5, 0.4, 0.7)
-    table = comparison_table(one, replace(one, measure="error", high=1.5))
+    one = Estimate(0.5, 0.4, 0.7, "MSE", "CrKr")
+    table = comparison_table(one, replace(one, label="error", high=1.5))
     assert table.index.tolist() == ["MSE", "error"]
     assert table.iloc[:, -1].tolist() == [
         "●\N{NBSP}0.5 [0.4,\N{NBSP}0.7]",

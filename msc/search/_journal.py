@@ -16,12 +16,10 @@ from msc.search._policy import SearchResult
 from press import locked
 
 CODE = (
-    "_arrays",
-    "robot/_geometry",
+    "_checks",
     "robot/_workspace",
     "robot/_dmp",
     "robot/_kinematics",
-    "robot/_dynamics",
     "robot/_control",
     "robot/_bullet",
     "robot/_arm",
@@ -144,11 +142,10 @@ class Journal:
 
 def _result(entry: dict[str, Any]) -> SearchResult:
     """Rebuild a result from its JSON."""
-    starts = tuple(
-        CmaRun(**{**start, "policy": np.array(start["policy"])})
-        for start in entry["starts"]
+    runs = tuple(
+        CmaRun(**{**run, "policy": np.array(run["policy"])}) for run in entry["runs"]
     )
-    fields = {**entry, "policy": np.array(entry["policy"]), "starts": starts}
+    fields = {**entry, "policy": np.array(entry["policy"]), "runs": runs}
     return SearchResult(**fields)
 
 

@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING
 from press._lazy import face
 
 if TYPE_CHECKING:
-    from msc.study._comparison import compare
     from msc.study._evaluation import Experiment
     from msc.study._execution import execute_policies
     from msc.study._methods import fit_methods, methods
@@ -15,11 +14,20 @@ if TYPE_CHECKING:
         take_evenly,
         task_density,
     )
+    from msc.study._selection import (
+        average_gates,
+        choose_criterion,
+        compare_clusterers,
+        compare_gates,
+        measure_elbows,
+        most_picked,
+    )
     from msc.study._study import (
         format_study,
         run_elbows,
         run_study,
     )
+    from msc.study._summaries import find_cell
     from msc.study._tables import (
         PLAIN,
         SIGNS,
@@ -31,5 +39,6 @@ if TYPE_CHECKING:
         ratio_table,
         sets_table,
     )
+    from msc.study._trial import MEASURES, TEST_SUBSETS
 
 __all__, __getattr__, __dir__ = face(__name__, __file__)
