@@ -67,20 +67,7 @@ class Scene:
             canvas.cylinder(place, radius, (0.0, height), colour)
 
     def shoot(self, joints: ArrayLike, path: ArrayLike | None = None) -> Image.Image:
-        """Take a picture of a pose.
-
-        Parameters
-        ----------
-        joints : array_like of shape (3,)
-            Joint angles (rad).
-        path : array_like of shape (n_points, 2), optional
-            A way of the end effector, drawn as a blue line on the table (m).
-
-        Returns
-        -------
-        Image
-            The picture.
-        """
+        """Take a picture of a pose (rad), and of a way of the end effector (m)."""
         canvas = self._empty.copy()
         if path is not None:
             canvas.line(path, 0.013, BLUE)
@@ -168,19 +155,7 @@ def check_suffix(path: Path) -> None:
 def save_film(frames: Sequence[Image.Image], path: Path) -> None:
     """Write pictures side by side as a PNG, or one after the other as a GIF or MP4.
 
-    Parameters
-    ----------
-    frames : sequence of Image
-        The pictures, of one size; `FRAME_RATES` says how many are shown in a second.
-    path : Path
-        Where to; the suffix decides. The file is there whole or not at all.
-
-    Raises
-    ------
-    ValueError
-        If the suffix is another.
-    OSError
-        If the file cannot be written.
+    The suffix decides. The file is there whole or not at all.
     """
     check_suffix(path)
     with _draft(path) as draft:

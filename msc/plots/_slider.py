@@ -23,11 +23,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import ArrayLike
 
 from msc.plots._style import styled
 
 SCALE = 1000  # of coordinates, relative to a panel's width: as fine as a screen
+DEPTHS = {"never": 0, "step": 1, "time": 2}  # of lists of points
 FLAT = 0.6  # height over width of the panels beside the arm
 TASK_AXIS: dict[str, Any] = {
     "x_label": "task angle (degrees)",
@@ -185,18 +185,7 @@ class Slider:
         }
 
     def to_html(self, png: bytes | None = None) -> str:
-        """Write the drawing as a piece of HTML that needs no other file.
-
-        Parameters
-        ----------
-        png : bytes, optional
-            The poster, if it is drawn already.
-
-        Returns
-        -------
-        str
-            The HTML.
-        """
+        """Write a piece of HTML that needs no other file, with the poster (PNG)."""
         image = base64.b64encode(png or self._png()).decode()
         canvases = "".join(
             f'<canvas role="img" aria-label="{html.escape(panel.alt)}"></canvas>'
@@ -232,14 +221,9 @@ class Slider:
 
     def _data(self) -> dict[str, Any]:
         """Return what the script reads."""
-        return {
-            "n_times": self.n_times,
-            "seconds": self.seconds,
-            "walks": self.walks,
-            "labels": list(self.labels),
-            "captions": list(self.captions),
-            "panels": [_describe(panel) for panel in self.panels],
-        }
+        fields = "n_times", "seconds", "walks", "labels", "captions"
+        data = {name: getattr(self, name) for name in fields}
+        return data | {"panels": [_describe(panel) for panel in self.panels]}
 
 
 def choose_ticks(low: float, high: float) -> tuple[float, ...]:
@@ -268,32 +252,20 @@ def poster(draw: Callable[Concatenate[Axes, _P], None]) -> Callable[_P, Figure]:
 def _describe(panel: Panel) -> dict[str, Any]:
     """Turn a panel into numbers and names."""
     scale = SCALE / min(np.ptp(panel.x), np.ptp(panel.y))
-    look = {
-        "x": panel.x,
-        "y": panel.y,
-        "aspect": panel.aspect,
+    return vars(panel) | {
         "scale": scale,
-        "x_label": panel.x_label,
-        "y_label": panel.y_label,
-        "x_ticks": panel.x_ticks,
-        "y_ticks": panel.y_ticks,
         "y_names": panel.y_names or [f"{y:g}" for y in panel.y_ticks],
+        "marks": [
+            vars(mark) | {"points": _whole(mark.points, scale, DEPTHS[mark.varies])}
+            for mark in panel.marks
+        ],
     }
-    return look | {"marks": [_encode(mark, scale) for mark in panel.marks]}
 
 
-def _encode(mark: Mark, scale: float) -> dict[str, Any]:
-    """Turn a mark into numbers and names, coordinates into whole numbers."""
-
-    def flat(points: ArrayLike) -> Any:
-        values = np.asarray(points, dtype=float).reshape(-1)
-        return np.round(scale * values).astype(int).tolist()
-
-    points: Any = mark.points
-    if mark.varies == "never":
-        points = flat(points)
-    elif mark.varies == "step":
-        points = [flat(one) for one in points]
-    else:
-        points = [[flat(one) for one in film] for film in points]
-    return vars(mark) | {"points": points}
+def _whole(points: Any, scale: float, depth: int) -> list[Any]:
+    """Turn coordinates into whole numbers, below lists by step and by moment."""
+    if depth:
+        return [_whole(one, scale, depth - 1) for one in points]
+    values = np.asarray(points, dtype=float).reshape(-1)
+    rounded: list[Any] = np.round(scale * values).astype(int).tolist()
+    return rounded

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,7 +16,6 @@ from msc.plots._skill import DENSE, predict_curves, widen
 from msc.plots._slider import FLAT, TASK_AXIS, Mark, Panel, Slider, choose_ticks, poster
 from msc.plots._style import COLOURS, LOOKS, WEIGHT_NAMES, chart_colour
 from msc.plots._world import (
-    TRAIL,
     draw_arm,
     draw_world,
     mark_arm,
@@ -35,7 +34,6 @@ WAYS: dict[str, dict[str, Any]] = {
 DASHES = {"single regression": (5.0, 3.0)}
 
 Array = NDArray[np.float64]
-_Rollouts = Mapping[str, list[Rollout]]
 
 
 def slide_execution(experiment: Experiment, *, every: int = 2) -> Slider:
@@ -58,33 +56,24 @@ def slide_execution(experiment: Experiment, *, every: int = 2) -> Slider:
     tasks = experiment.test_tasks[shown]
     degrees = experiment.test_table["task_deg"].to_numpy()[shown]
     policies = {"searched": experiment.test_policies[shown]}
-    policies |= {name: experiment.predict(name, tasks) for name in [*WAYS][1:]}
+    policies |= {name: experiment.predict(name, tasks) for name in METHODS}
     with Arm(world) as arm:
-        rollouts = _execute(arm, policies, degrees)
+        rollouts, error_cm = _execute(arm, policies, degrees)
     moving = {
-        name: mark_arm(
-            some, world, 3, trail=TRAIL, **WAYS[name]
-        )  # 20 pictures a second
-        for name, some in rollouts.items()
+        name: mark_arm(rollouts[name], world, every=3, **look)
+        for name, look in WAYS.items()
     }
-    error_cm = _miss(rollouts)
     charts = experiment.methods["charts"].predict_chart(tasks)
-    captions = [
-        f"Task {angle:g}°, chart {charts[k] + 1}. Ends from the target: "
-        + _say(error_cm, k)
-        for k, angle in enumerate(degrees)
-    ]
+    opening = "Task {:g}°, chart {}. Ends from the target: "
+    captions = _say(opening, degrees, charts, {name: error_cm[name] for name in WAYS})
     first = find_median(error_cm["single regression"])
-    return _over_tasks(
-        degrees,
-        captions,
-        [
-            world_panel(
-                "The arm from above, with the goal circle, the goal, obstacles and "
-                "movements.",
-                world,
-                [mark_goal(world, degrees), *moving.values()],
-            ),
+    alt = "The arm from above, with the goal circle, the goal, obstacles and movements."
+    return Slider(
+        name="task angle",
+        labels=[f"{angle:g} degrees" for angle in degrees],
+        captions=captions,
+        panels=[
+            world_panel(alt, world, [mark_goal(world, degrees), *moving.values()]),
             _searched_panel(experiment, degrees, policies),
             _error_panel(degrees, error_cm),
         ],
@@ -131,46 +120,29 @@ def slide_predictions(
         over the tasks; the distances that are left.
     """
     world, skill = arm.workspace, next(iter(learners.values()))
-    trained, values = np.rad2deg(tasks)[:, 0], np.asarray(policies)[:, weight]
     angles = np.asarray(degrees, dtype=float)
     asked = np.deg2rad(angles)[:, None]
-    charts = skill.predict_chart(asked)
+    trained = np.rad2deg(tasks)[:, 0]
     # From back to front: the first is to be seen.
     found = {name: learners[name].predict(asked) for name in [*learners][::-1]}
-    rollouts = _execute(arm, found, angles)
-    error_cm = _miss(rollouts)
-    captions = [
-        f"Task {angle:g}°: chart {charts[k] + 1}. Ends from the goal: "
-        + _say({name: error_cm[name] for name in learners}, k)
-        for k, angle in enumerate(angles)
-    ]
+    rollouts, error_cm = _execute(arm, found, angles)
+    opening = "Task {:g}°: chart {}. Ends from the goal: "
+    told = {name: error_cm[name] for name in learners}
+    captions = _say(opening, angles, skill.predict_chart(asked), told)
     first = int(np.abs(angles - first_deg).argmin())
-    return _over_tasks(
-        angles,
-        captions,
-        [
-            world_panel(
-                "The arm from above, goals coloured by chart, the goal, and the "
-                "movements.",
-                world,
-                [
-                    *_mark_by_chart(world.target(trained), skill),
-                    mark_goal(world, angles, "ring", radius=0.05, width=3.0),
-                    *(
-                        mark_arm(
-                            some, world, 6, colour=COLOURS[name], width=3.0, trail=TRAIL
-                        )
-                        for name, some in rollouts.items()
-                    ),
-                ],
-            ),
-            _predicted_panel(
-                angles,
-                skill,
-                np.c_[trained, values],
-                {name: one[:, weight] for name, one in found.items()},
-                weight,
-            ),
+    marks = _mark_by_chart(world.target(trained), skill)
+    marks.append(mark_goal(world, angles, "ring", radius=0.05, width=3.0))
+    for name, some in rollouts.items():
+        marks.append(mark_arm(some, world, every=6, colour=COLOURS[name], width=3.0))
+    alt = "The arm from above, goals coloured by chart, the goal, and the movements."
+    points = np.c_[trained, np.asarray(policies)[:, weight]]
+    return Slider(
+        name="task angle",
+        labels=[f"{angle:g} degrees" for angle in angles],
+        captions=captions,
+        panels=[
+            world_panel(alt, world, marks),
+            _predicted_panel(angles, skill, points, found, weight),
             _missed_panel(angles, error_cm),
         ],
         poster=_draw_predicted(world, rollouts, angles, first),
@@ -192,83 +164,52 @@ def find_median(errors: ArrayLike) -> int:
 # What both show.
 
 
-def _execute(arm: Arm, policies: Mapping[str, Array], degrees: Array) -> _Rollouts:
-    """Execute several policies for each task."""
-    return {
-        name: arm.execute_many(some, degrees.tolist())
-        for name, some in policies.items()
-    }
-
-
-def _miss(rollouts: _Rollouts) -> dict[str, Array]:
-    """Return how far from the goal movements end (cm)."""
-    return {
+def _execute(
+    arm: Arm, policies: Mapping[str, Array], degrees: Array
+) -> tuple[dict[str, list[Rollout]], dict[str, Array]]:
+    """Execute policies for each task: what the arm did, and its final errors (cm)."""
+    angles = degrees.tolist()
+    done = {name: arm.execute_many(some, angles) for name, some in policies.items()}
+    error_cm = {
         name: np.array([100 * rollout.error for rollout in some])
-        for name, some in rollouts.items()
+        for name, some in done.items()
     }
+    return done, error_cm
 
 
-def _say(error_cm: Mapping[str, Array], step: int) -> str:
-    """Say how far from the goal the movements for one task end."""
-    return ", ".join(f"{name} {some[step]:.2f} cm" for name, some in error_cm.items())
-
-
-def _over_tasks(
-    degrees: Array, captions: Sequence[str], panels: Sequence[Panel], **more: Any
-) -> Slider:
-    """Make a slider over the task."""
-    labels = [f"{angle:g} degrees" for angle in degrees]
-    return Slider("task angle", labels, captions, panels, **more)
+def _say(
+    opening: str, degrees: Array, charts: Array, error_cm: Mapping[str, Array]
+) -> list[str]:
+    """Say for every task its chart, and how far from the goal the movements end."""
+    steps = zip(*error_cm.values(), strict=True)
+    ends = [map("{} {:.2f} cm".format, error_cm, some) for some in steps]
+    tasks = zip(degrees, charts + 1, ends, strict=True)
+    return [opening.format(angle, k) + ", ".join(end) for angle, k, end in tasks]
 
 
 def _task_panel(
     alt: str,
     y: tuple[float, float],
     degrees: Array,
-    still: Iterable[Mark],
-    moving: Iterable[Mark],
+    still: Sequence[Mark],
+    values: Mapping[str, Array],
+    *,
+    width: float,
+    dashes: Mapping[str, tuple[float, ...]] | None = None,
     **axes: Any,
 ) -> Panel:
-    """Show something over the task angle, the chosen task by an upright line."""
-    upright = Mark(
-        "upright", _steps(degrees, 0 * degrees), "step", width=1.0, opacity=0.5
-    )
-    return Panel(alt, (0, 360), y, [*still, upright, *moving], **TASK_AXIS, **axes)
+    """Show methods' values over the tasks, those of the chosen task as dots.
 
-
-def _steps(degrees: Array, values: Array) -> Array:
-    """Return a point a step."""
-    return np.stack([degrees, values], axis=1)[:, None]
-
-
-def _follow(degrees: Array, values: Mapping[str, Array], width: float) -> list[Mark]:
-    """Mark each method's value for the chosen task."""
-    return [
-        Mark("dots", _steps(degrees, one), "step", colour=COLOURS[name], width=width)
-        for name, one in values.items()
-    ]
-
-
-def _trace(
-    degrees: Array,
-    values: Mapping[str, Array],
-    width: float,
-    dashes: Mapping[str, tuple[float, ...]],
-) -> list[Mark]:
-    """Draw each method's values over the tasks, and mark the chosen task's."""
-    return [
-        mark
-        for name, one in values.items()
-        for mark in (
-            Mark(
-                "line",
-                np.c_[degrees, one],
-                colour=COLOURS[name],
-                dash=dashes.get(name, ()),
-            ),
-            *_follow(degrees, {name: one}, width),
-        )
-    ]
+    An upright line is where that is; with `dashes` all of a method's values are a line.
+    """
+    places = np.stack([degrees, 0 * degrees], axis=1)[:, None]
+    marks = [*still, Mark("upright", places, "step", width=1.0, opacity=0.5)]
+    for name, some in values.items():
+        points, colour = np.stack([degrees, some], axis=1), COLOURS[name]
+        if dashes is not None:
+            marks.append(Mark("line", points, colour=colour, dash=dashes.get(name, ())))
+        marks.append(Mark("dots", points[:, None], "step", colour=colour, width=width))
+    return Panel(alt, (0, 360), y, marks, **TASK_AXIS, **axes)
 
 
 # What an experiment shows.
@@ -287,7 +228,8 @@ def _searched_panel(
         widen(searched, 0.1),
         degrees,
         [Mark("dots", points, colour=COLOURS["searched"], width=1.2)],
-        _follow(degrees, found, 4.5),
+        found,
+        width=4.5,
         aspect=FLAT,
         y_label="policy weight " + WEIGHT_NAMES[weight],
         y_ticks=choose_ticks(float(searched.min()), float(searched.max())),
@@ -305,7 +247,9 @@ def _error_panel(degrees: Array, error_cm: Mapping[str, Array]) -> Panel:
         (low, high),
         degrees,
         [],
-        _trace(degrees, logs, 4.5, DASHES),
+        logs,
+        width=4.5,
+        dashes=DASHES,
         aspect=FLAT,
         y_label="execution error (cm)",
         y_ticks=tuple(map(float, decades)),
@@ -354,13 +298,14 @@ def _predicted_panel(
             edge = np.c_[angles, np.clip(mean + sign * std, low, high)][::3]
             look: Any = {"colour": chart_colour(chart), "opacity": opacity}
             curves.append(Mark("line", edge, width=width, **look))
-    inside = {name: np.clip(one, low, high) for name, one in found.items()}
+    inside = {n: np.clip(one[:, weight], low, high) for n, one in found.items()}
     return _task_panel(
         "One policy weight over the task angle: a curve with its band for every chart.",
         (low, high),
         degrees,
         [*curves, *_mark_by_chart(points, skill)],
-        _follow(degrees, inside, 5.5),
+        inside,
+        width=5.5,
         y_label="policy weight " + WEIGHT_NAMES[weight],
         y_ticks=(round(float(values.min())), 0, round(float(values.max()))),
     )
@@ -375,7 +320,9 @@ def _missed_panel(degrees: Array, error_cm: Mapping[str, Array]) -> Panel:
         (0, top),
         degrees,
         [],
-        _trace(degrees, error_cm, 5.0, {}),
+        error_cm,
+        width=5.0,
+        dashes={},
         y_label="left to the goal (cm)",
         y_ticks=(0, half, 2 * half) if 2 * half <= top else (0, half),
     )
@@ -383,7 +330,11 @@ def _missed_panel(degrees: Array, error_cm: Mapping[str, Array]) -> Panel:
 
 @poster
 def _draw_predicted(
-    axis: Axes, world: Workspace, rollouts: _Rollouts, degrees: Array, step: int
+    axis: Axes,
+    world: Workspace,
+    rollouts: Mapping[str, list[Rollout]],
+    degrees: Array,
+    step: int,
 ) -> None:
     """Draw the movements of one step and the poses at their ends."""
     draw_world(axis, world, degrees[step])

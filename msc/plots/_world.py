@@ -62,7 +62,6 @@ VIEWS = {
     ),
 }
 TOUCHED = {"ec": TRIO[1], "lw": 2}  # the rim of an obstacle
-TRAIL = {"width": 1.2, "opacity": 1.0, "dash": [4, 3]}  # of an arm's hand in a slider
 
 
 @styled
@@ -207,6 +206,7 @@ def mark_arm(
     rollouts: Sequence[Rollout], world: Workspace, every: int, **look: Any
 ) -> Mark:
     """Show the arm at every n-th time step of one movement a step of the slider."""
+    look = {"trail": {"width": 1.2, "opacity": 1.0, "dash": [4, 3]}, **look}
     return Mark("line", place_arm(rollouts, world, every), "time", **look)
 
 
