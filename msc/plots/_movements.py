@@ -52,8 +52,9 @@ class Movements:
 
     def __init__(self, name: str) -> None:
         self.workspace = Workspace.named(name)
-        self._tasks, policies, table = load_dataset(name)
-        self.degrees = table["task_deg"].to_numpy()
+        dataset = load_dataset(name)
+        self._tasks, policies, _ = dataset
+        self.degrees = dataset.task_deg
         self.jumps = find_jumps(self._tasks, policies)
         with Arm(self.workspace) as arm:
             self.rollouts = arm.execute_many(policies, self.degrees.tolist())

@@ -25,7 +25,7 @@ EVERY = 2  # time steps from one point of a path to the next
 def plot_generations(
     workspace: Workspace,
     task_deg: float,
-    recordings: Sequence[SearchTrace],
+    traces: Sequence[SearchTrace],
     shown: Sequence[int] = (1, 10, 20),
 ) -> Figure:
     """Draw what generations do, and what their policies cost.
@@ -36,7 +36,7 @@ def plot_generations(
         The world.
     task_deg : float
         Task angle (degrees).
-    recordings : sequence of SearchTrace
+    traces : sequence of SearchTrace
         The starts of one search.
     shown : sequence of int, default=(1, 10, 20)
         Generations of the first start, counted from 1.
@@ -48,35 +48,30 @@ def plot_generations(
         dark, and what every start found; bottom their costs over the rollouts spent: as
         dots all policies, as lines the cheapest so far, dashed the generations above.
     """
-    run = recordings[0]
-    numbers = [min(number, len(run.costs)) for number in shown]
+    first = traces[0]
+    numbers = [min(number, len(first.costs)) for number in shown]
     figure = plt.figure(figsize=(7.4, 4.5))
     grid = figure.add_gridspec(2, len(numbers) + 1, height_ratios=(1, 1.05))
     costs = figure.add_subplot(grid[1, :])
     for column, number in enumerate(numbers):
         axis = figure.add_subplot(grid[0, column])
-        _draw_generation(axis, workspace, task_deg, run, number - 1)
+        _draw_generation(axis, workspace, task_deg, first, number - 1)
         axis.set_title(f"generation {number}", fontsize=9)
-        costs.axvline(
-            run.evaluations[number - 1], color="0.5", lw=0.8, ls="--", zorder=0
-        )
+        spent = first.evaluations[number - 1]
+        costs.axvline(spent, color="0.5", lw=0.8, ls="--", zorder=0)
     found = figure.add_subplot(grid[0, len(numbers)])
-    _draw_found(found, workspace, task_deg, recordings)
+    _draw_found(found, workspace, task_deg, traces)
     found.set_title("what every start found", fontsize=9)
-    for recording, colour in zip(recordings, STARTS, strict=False):
-        _draw_costs(costs, recording, colour)
-    costs.set(
-        yscale="log",
-        xlabel="rollouts of the start",
-        ylabel="cost",
-        xlim=(0, None),
-    )
+    for trace, colour in zip(traces, STARTS, strict=False):
+        _draw_costs(costs, trace, colour)
+    costs.set(xlabel="rollouts of the start", xlim=(0, None))
+    costs.set(ylabel="cost", yscale="log")
     costs.legend(loc="upper right")
     return figure
 
 
 def slide_generations(
-    workspace: Workspace, task_deg: float, run: SearchTrace
+    workspace: Workspace, task_deg: float, trace: SearchTrace
 ) -> Slider:
     """Let the reader walk through the generations of a start.
 
@@ -86,7 +81,7 @@ def slide_generations(
         The world.
     task_deg : float
         Task angle (degrees).
-    run : SearchTrace
+    trace : SearchTrace
         The start.
 
     Returns
@@ -95,23 +90,22 @@ def slide_generations(
         Three panels: the movements of a generation, their costs, and the two weights
         that vary most.
     """
-    n_generations = len(run.costs)
+    n_generations = len(trace.costs)
     spaced = np.geomspace(1, n_generations, N_STEPS).round().astype(int)
     steps = np.unique(np.r_[1 : min(13, n_generations + 1), spaced]) - 1
-    order = run.costs[steps].argsort(axis=1)  # the cheapest first
-    policies = np.take_along_axis(run.policies[steps], order[..., None], axis=1)
-    costs = np.take_along_axis(run.costs[steps], order, axis=1)
-    joints = run.joints[steps, :, ::EVERY]
+    order = trace.costs[steps].argsort(axis=1)  # the cheapest first
+    policies = np.take_along_axis(trace.policies[steps], order[..., None], axis=1)
+    costs = np.take_along_axis(trace.costs[steps], order, axis=1)
+    joints = trace.joints[steps, :, ::EVERY]
     joints = np.take_along_axis(joints, order[..., None, None], axis=1)
     places = forward_kinematics(joints, workspace.link_lengths)
-    missed = 100 * np.linalg.norm(
-        places[:, 0, -1, -1] - workspace.target(task_deg), axis=-1
-    )
+    left = places[:, 0, -1, -1] - workspace.target(task_deg)
+    error_cm = 100 * np.linalg.norm(left, axis=-1)
     captions = [
-        f"Generation {step + 1}, {run.evaluations[step]} rollouts so far. Its policies "
-        f"cost {some[0]:#.3g} to {some[-1]:#.3g}; the cheapest ends {away:.2f} cm "
-        "from the goal."
-        for step, some, away in zip(steps, costs, missed, strict=True)
+        f"Generation {step + 1}, {trace.evaluations[step]} rollouts so far. Its "
+        f"policies cost {some[0]:#.3g} to {some[-1]:#.3g}; the cheapest ends "
+        f"{away:.2f} cm from the goal."
+        for step, some, away in zip(steps, costs, error_cm, strict=True)
     ]
     return Slider(
         name="generation",
@@ -119,10 +113,10 @@ def slide_generations(
         captions=captions,
         panels=[
             _movements_panel(workspace, task_deg, places),
-            _costs_panel(run, steps, costs),
-            _weights_panel(run, policies),
+            _costs_panel(trace, steps, costs),
+            _weights_panel(trace, policies),
         ],
-        poster=_draw_step(workspace, task_deg, run, int(steps[0])),
+        poster=_draw_step(workspace, task_deg, trace, int(steps[0])),
         poster_alt=f"The ways of the end effector. {captions[0]}",
         seconds=6.0,
         walks=True,
@@ -151,13 +145,13 @@ def _movements_panel(
 
 
 def _costs_panel(
-    run: SearchTrace, steps: NDArray[np.intp], costs: NDArray[np.float64]
+    trace: SearchTrace, steps: NDArray[np.intp], costs: NDArray[np.float64]
 ) -> Panel:
     """Show the costs over the rollouts, the chosen generation's marked."""
-    n_policies = run.costs.shape[1]
-    low, high = np.log10(run.costs.min()), np.log10(run.costs.max())
-    spent = run.evaluations / 1000
-    every = np.c_[np.repeat(spent, n_policies), np.log10(run.costs).ravel()]
+    n_policies = trace.costs.shape[1]
+    low, high = np.log10(trace.costs.min()), np.log10(trace.costs.max())
+    spent = trace.evaluations / 1000
+    every = np.c_[np.repeat(spent, n_policies), np.log10(trace.costs).ravel()]
     here = [
         np.c_[np.full(n_policies, spent[step]), np.log10(some)]
         for step, some in zip(steps, costs, strict=True)
@@ -171,7 +165,7 @@ def _costs_panel(
         (float(low) - 0.1, float(high) + 0.1),
         [
             Mark("dots", every, colour=STARTS[0], width=1.0, opacity=0.3),
-            Mark("line", np.c_[spent, np.log10(run.best_costs)], opacity=0.6),
+            Mark("line", np.c_[spent, np.log10(trace.best_costs)], opacity=0.6),
             Mark("dots", here, "step", colour=STARTS[0], width=3.5),
             Mark("dots", [some[:1] for some in here], "step", width=4.5),
         ],
@@ -184,9 +178,9 @@ def _costs_panel(
     )
 
 
-def _weights_panel(run: SearchTrace, policies: NDArray[np.float64]) -> Panel:
+def _weights_panel(trace: SearchTrace, policies: NDArray[np.float64]) -> Panel:
     """Show the two weights that vary most over all that was tried."""
-    tried = run.policies.reshape(-1, run.policies.shape[-1])
+    tried = trace.policies.reshape(-1, trace.policies.shape[-1])
     across, up = np.sort(np.argsort(tried.std(axis=0))[-2:])
     plane = [across, up]
     low, high = tried[:, plane].min(axis=0), tried[:, plane].max(axis=0)
@@ -210,12 +204,12 @@ def _weights_panel(run: SearchTrace, policies: NDArray[np.float64]) -> Panel:
 
 
 def _draw_generation(
-    axis: Axes, workspace: Workspace, task_deg: float, run: SearchTrace, generation: int
+    axis: Axes, workspace: Workspace, task_deg: float, trace: SearchTrace, number: int
 ) -> None:
     """Draw the ways of a generation's policies, the cheapest one dark."""
-    _draw_world(axis, workspace, task_deg, run)
-    places = forward_kinematics(run.joints[generation], workspace.link_lengths)
-    best = run.costs[generation].argmin()
+    _draw_world(axis, workspace, task_deg, trace)
+    places = forward_kinematics(trace.joints[number], workspace.link_lengths)
+    best = trace.costs[number].argmin()
     axis.plot(*places[best, -1].T, color="0.65", lw=4, solid_capstyle="round")
     for place in places:
         axis.plot(*place[:, -1].T, color=STARTS[0], lw=1.0)
@@ -224,42 +218,42 @@ def _draw_generation(
 
 @poster
 def _draw_step(
-    axis: Axes, workspace: Workspace, task_deg: float, run: SearchTrace, generation: int
+    axis: Axes, workspace: Workspace, task_deg: float, trace: SearchTrace, number: int
 ) -> None:
     """Draw one generation as a picture."""
-    _draw_generation(axis, workspace, task_deg, run, generation)
-    axis.set_title(f"generation {generation + 1}")
+    _draw_generation(axis, workspace, task_deg, trace, number)
+    axis.set_title(f"generation {number + 1}")
 
 
 def _draw_found(
-    axis: Axes, workspace: Workspace, task_deg: float, recordings: Sequence[SearchTrace]
+    axis: Axes, workspace: Workspace, task_deg: float, traces: Sequence[SearchTrace]
 ) -> None:
     """Draw the cheapest movement of every start, and where the arm ends."""
-    _draw_world(axis, workspace, task_deg, recordings[0])
-    widths = np.linspace(4.5, 1.2, len(recordings))  # those below remain visible
-    for recording, colour, width in zip(recordings, STARTS, widths, strict=False):
-        best = recording.joints[-1, recording.costs[-1].argmin()]
+    _draw_world(axis, workspace, task_deg, traces[0])
+    widths = np.linspace(4.5, 1.2, len(traces))  # those below remain visible
+    for trace, colour, width in zip(traces, STARTS, widths, strict=False):
+        best = trace.joints[-1, trace.costs[-1].argmin()]
         places = forward_kinematics(best, workspace.link_lengths)
         axis.plot(*places[-1].T, color=colour, lw=4, alpha=0.4)
         axis.plot(*places[:, -1].T, color=colour, lw=width)
 
 
 def _draw_world(
-    axis: Axes, workspace: Workspace, task_deg: float, run: SearchTrace
+    axis: Axes, workspace: Workspace, task_deg: float, trace: SearchTrace
 ) -> None:
     """Draw the world and the arm at home, with room for all that was tried."""
     draw_world(axis, workspace, task_deg, view="search")
     home = forward_kinematics(workspace.home, workspace.link_lengths)
     axis.plot(*home.T, color="0.85", lw=4)
-    tried = forward_kinematics(run.joints, workspace.link_lengths)
+    tried = forward_kinematics(trace.joints, workspace.link_lengths)
     across, up = square_around(workspace, tried)
     axis.set(xlim=across, ylim=up)
 
 
-def _draw_costs(axis: Axes, recording: SearchTrace, colour: str) -> None:
+def _draw_costs(axis: Axes, trace: SearchTrace, colour: str) -> None:
     """Draw the costs of a start: of every policy, and the least so far."""
-    spent = recording.evaluations
-    every = np.repeat(spent, recording.costs.shape[1])
-    axis.plot(every, recording.costs.ravel(), ".", ms=1.5, alpha=0.25, color=colour)
-    axis.plot(spent, recording.best_costs, color=colour, lw=2, label=recording.run.name)
-    axis.plot(spent[-1], recording.best_costs[-1], "o", ms=5, color=colour, mec="white")
+    spent = trace.evaluations
+    every = np.repeat(spent, trace.costs.shape[1])
+    axis.plot(every, trace.costs.ravel(), ".", ms=1.5, alpha=0.25, color=colour)
+    axis.plot(spent, trace.best_costs, color=colour, lw=2, label=trace.run.name)
+    axis.plot(spent[-1], trace.best_costs[-1], "o", ms=5, color=colour, mec="white")
