@@ -129,8 +129,8 @@ def plot_weights(world: Workspace, task_deg: float, strength: float) -> Figure:
     draw_world(plane, world, task_deg, view="sketch")
     plane.plot(*start, "o", color="black", ms=5)
     beside: Any = {"textcoords": "offset points"}
-    plane.annotate("start", start, (8, -10), **beside)
-    plane.annotate("goal", ends[1], (8, 4), color=GOAL, **beside)
+    plane.annotate("start", tuple(start), (8, -10), **beside)
+    plane.annotate("goal", tuple(ends[1]), (8, 4), color=GOAL, **beside)
     for k, colour in enumerate(TRIO[: dmp.n_basis]):
         look: Any = {"color": colour, "ls": DASHES[k]}
         top.plot(times, shares[:, k], **look)
