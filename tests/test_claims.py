@@ -8,13 +8,12 @@ import pytest
 import yaml
 from imagined import imagine
 
-from msc.claims import judge_all, load_claims, summarise, write_claims
+from msc.claims import claim_fragments, judge_all, load_claims, summarise
 from msc.claims._judge import read_results
 from msc.claims._page import sections_markdown, table_markdown
 from msc.claims._verdicts import SYMBOLS, judge
 from msc.cli import main
-from press import checksum
-from press._book import pages
+from press import checksum, pages
 
 ROOT = Path(__file__).parents[1]
 COMMITTED = ROOT / "data" / "results" / "claims.json"
@@ -451,13 +450,14 @@ def test_tables_link_each_claim_and_verdict(verdict_on):
 
 
 def test_a_book_without_verdicts_yet_says_so(repository):
-    write_claims(repository, repository, set())
-    assert "No verdicts yet" in (repository / "claims_table.md").read_text("utf-8")
+    for told in claim_fragments(repository, set()).values():
+        assert "No verdicts yet" in told
     (repository / "data/results/claims.json").write_text("{}", "utf-8")
-    write_claims(repository, repository, set())
-    assert "○ undecided" in (repository / "claims_readings.md").read_text("utf-8")
+    fragments = claim_fragments(repository, set())
+    assert sorted(fragments) == ["claims_readings.md", "claims_table.md"]
+    assert "○ undecided" in fragments["claims_readings.md"]
     (repository / "book" / "claims.yml").unlink()
-    write_claims(repository, repository / "nowhere", set())
+    assert claim_fragments(repository, set()) == {}
 
 
 CLAIMS = load_claims(ROOT / "book" / "claims.yml")

@@ -13,7 +13,6 @@ import pytest
 from PIL import Image
 
 import msc.cli
-import msc.cli._search
 import msc.plots._film
 import msc.search._cmaes
 import msc.search._constants
@@ -201,7 +200,7 @@ def test_what_was_found_survives_a_full_disk(short, monkeypatch, capsys):
         raise OSError(28, "No space left on device", "free.csv")
 
     with monkeypatch.context() as patch:
-        patch.setattr(msc.cli._search, "save_table", fail)
+        patch.setattr(msc.cli, "save_table", fail)
         assert main([*SEARCH, "--out", "free.csv"]) == 2
     assert "No space left on device: free.csv" in capsys.readouterr().err
     assert files() == [".free.csv.partial"]
@@ -269,7 +268,7 @@ def test_a_search_whose_worker_is_killed_goes_on_to_the_same_bytes(short, whole,
 @pytest.mark.parametrize(
     ("work", "command"),
     [
-        ("msc.study._try", ["evaluate", "--out-dir", "new"]),
+        ("msc.study._study._try", ["evaluate", "--out-dir", "new"]),
         (
             "msc.search._audit.search_policy",
             ["audit", str(find_data() / "free_test.csv")],

@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from press._lazy import face
+from press import face
 
 if TYPE_CHECKING:
     from msc.claims._file import load_claims
@@ -14,9 +14,9 @@ if TYPE_CHECKING:
         summarise,
     )
     from msc.claims._page import (
+        claim_fragments,
         tally,
         with_summary,
-        write_claims,
     )
 
 __all__, __getattr__, __dir__ = face(__name__, __file__)

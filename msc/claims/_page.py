@@ -18,18 +18,21 @@ SECTIONS = "claims_readings.md"
 BEGIN, END = "<!-- verdicts, by msc claims -->", "<!-- end of verdicts -->"
 
 
-def write_claims(root: Path, folder: Path, pages: Collection[str]) -> None:
+def claim_fragments(root: Path, pages: Collection[str]) -> dict[str, str]:
     """Write what pages of the book include: the table, and all readings.
 
     Parameters
     ----------
     root : Path
-        The repository. Without `book/claims.yml` nothing is written; before there are
-        verdicts, `data/results/claims.json`, a sentence that says so.
-    folder : Path
-        Where the pages are laid out.
+        The repository.
     pages : collection of str
-        Their names; only these are linked to.
+        Names of the book's pages; only these are linked to.
+
+    Returns
+    -------
+    dict of str to str
+        Markdown, by the name of the file to include; none without `book/claims.yml`.
+        Before there are verdicts, `data/results/claims.json`, a sentence that says so.
 
     Raises
     ------
@@ -37,17 +40,15 @@ def write_claims(root: Path, folder: Path, pages: Collection[str]) -> None:
         If a claim or a result file is not as wanted.
     """
     if not (root / CLAIMS).is_file():
-        return
-    if (root / VERDICTS).is_file():
-        verdicts = judge_all(root)
-        table, sections = (
-            table_markdown(verdicts, pages),
-            sections_markdown(verdicts, pages),
-        )
-    else:
-        table = sections = f"*No verdicts yet: `msc claims --out {VERDICTS}`.*\n"
-    (folder / TABLE).write_text(table, encoding="utf-8")
-    (folder / SECTIONS).write_text(sections, encoding="utf-8")
+        return {}
+    if not (root / VERDICTS).is_file():
+        none = f"*No verdicts yet: `msc claims --out {VERDICTS}`.*\n"
+        return {TABLE: none, SECTIONS: none}
+    verdicts = judge_all(root)
+    return {
+        TABLE: table_markdown(verdicts, pages),
+        SECTIONS: sections_markdown(verdicts, pages),
+    }
 
 
 def table_markdown(verdicts: Sequence[Verdict], pages: Collection[str]) -> str:

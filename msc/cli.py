@@ -1,18 +1,94 @@
-"""The commands on tables of policies: search, audit, survey, render.
+"""The command line: `msc COMMAND …`.
 
-The simulator and the search, which take seconds to load, are imported by the commands
-that need them.
+A command is a function that takes the parsed arguments and one, `_add_…`, that declares
+them; both stand together. Those of the book are the press's own, which is handed what
+this package tells of itself. The simulator, the search, the study and the claims, which
+take seconds to load, are imported by the commands that need them.
 """
 
 import argparse
-import re
+import json
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 from msc._parallel import WorkersLost
 from msc.data import load_dataset, read_package, save_table
 from msc.robot import Workspace
-from press import Commands, add_jobs, add_seed, check_output, write_json
+from press import (
+    BOOK_COMMANDS,
+    Commands,
+    Subject,
+    add_jobs,
+    add_profile,
+    add_seed,
+    check_output,
+    make_parser,
+    pages,
+    replace_file,
+    run_command,
+    tell_options,
+    write_json,
+)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        Command and options; those of the process by default.
+
+    Returns
+    -------
+    int
+        Exit status: 0; 2 after a bad argument, an unusable file, a killed worker or a
+        failed chapter; 130 if interrupted.
+    """
+    try:
+        return run_command(_parser(), arguments)
+    except WorkersLost as error:
+        print(f"msc: error: {error}; the same command begins anew", file=sys.stderr)
+        return 2
+
+
+def _parser() -> argparse.ArgumentParser:
+    """Return the parser of all commands."""
+    words = "Parameterized skills by manifold clustering."
+    return make_parser("msc", words, COMMANDS, make_subject)
+
+
+def make_subject(root: Path) -> Subject:
+    """Return what the book is told of this package, and of the claims in a repository.
+
+    Parameters
+    ----------
+    root : Path
+        The repository.
+
+    Returns
+    -------
+    Subject
+        Numbers and verdicts that pages quote, tables of claims that they include, and
+        the help of all commands.
+
+    Raises
+    ------
+    ValueError
+        If a claim or a result file is not as wanted.
+    """
+    from msc.claims import CLAIMS, VERDICTS, claim_fragments, load_claims, tally
+
+    values: dict[str, object] = {}
+    fragments: dict[str, str] = {}
+    if (root / CLAIMS).is_file():
+        values["n_claims"] = len(load_claims(root / CLAIMS))
+        fragments = claim_fragments(root, {page.stem for page in pages(root)})
+    if (root / VERDICTS).is_file():
+        values["verdicts"] = tally(json.loads((root / VERDICTS).read_text("utf-8")))
+    commands = tell_options(_parser(), width=80)
+    return Subject("msc", ("msc",), commands, values, fragments)
 
 
 def _add_search(commands: Commands) -> None:
@@ -162,8 +238,6 @@ def _add_render(commands: Commands) -> None:
     parser.add_argument(
         "--out", type=Path, required=True, help="a .png, .gif or .mp4 file"
     )
-    # argparse takes -1e-3 for an option: of numbers it knows -1 and -0.001 only.
-    parser._negative_number_matcher = re.compile(r"-(\.?\d|inf|nan)")
     parser.set_defaults(run=_run_render)
 
 
@@ -190,4 +264,87 @@ def _run_render(options: argparse.Namespace) -> None:
     print(f"{out}: {origin} ends {100 * rollout.error:.2f} cm from the target")
 
 
-COMMANDS = (_add_search, _add_audit, _add_survey, _add_render)
+def _add_evaluate(commands: Commands) -> None:
+    """Declare `msc evaluate`."""
+    parser = commands.add_parser("evaluate", help="compare all methods, many times")
+    add_profile(parser)
+    add_seed(parser)
+    add_jobs(parser)
+    parser.add_argument(
+        "--out-dir",
+        type=Path,
+        default=Path("data/results"),
+        help="a folder (data/results)",
+    )
+    parser.set_defaults(run=_run_evaluate)
+
+
+def _run_evaluate(options: argparse.Namespace) -> None:
+    """Study both workspaces; write each one's results as soon as they are there."""
+    from msc.study import WORLDS, format_study, run_elbows, run_study
+
+    folder: Path = options.out_dir
+    what = {"profile": options.profile, "seed": options.seed, "jobs": options.jobs}
+    what |= {"progress": True}
+    for world in WORLDS:
+        out = folder / f"study_{world}.json"
+        check_output(out, ".json", jobs=options.jobs, seed=options.seed)
+        for table in (world, f"{world}_test"):
+            load_dataset(table)
+    for world in WORLDS:
+        out = folder / f"study_{world}.json"
+        replace_file(out, format_study(run_study(world, **what)))
+        print(out)
+        out = folder / f"elbow_{world}.json"
+        replace_file(out, format_study(run_elbows(world, **what)))
+        print(out)
+
+
+def _add_claims(commands: Commands) -> None:
+    """Declare `msc claims`."""
+    parser = commands.add_parser("claims", help="judge the paper's claims")
+    parser.add_argument("--out", type=Path, help="a .json file")
+    parser.add_argument("--readme", type=Path, help="a .md file, to be renewed")
+    parser.set_defaults(run=_run_claims)
+
+
+def _run_claims(options: argparse.Namespace) -> None:
+    """Hold the measured results against every claim; print the verdicts."""
+    from msc.claims import judge_all, summarise, with_summary
+
+    out: Path | None = options.out
+    readme: Path | None = options.readme
+    if out:
+        check_output(out, ".json")
+    text = ""
+    if readme:
+        text = readme.read_text(encoding="utf-8")
+        with_summary(text, {})  # refuses what has no place for it
+    verdicts = judge_all(Path.cwd())
+    width = max(len(one.claim.id) for one in verdicts)
+    for one in verdicts:
+        print(f"{one.claim.id:{width}}  {one.words:18}  {one.measured}")
+        if one.differs:
+            print(f"{'':{width}}  {'':18}  {one.sentence}")
+    for one in verdicts:
+        if one.unexplained:
+            print(f"{one.claim.id}: {one.verdict}, but no `why` quotes a measurement")
+    if out:
+        write_json(out, summarise(verdicts))
+        print(out)
+    if readme:
+        replace_file(readme, with_summary(text, summarise(verdicts)))
+        print(readme)
+
+
+_run, *_others = BOOK_COMMANDS
+COMMANDS = (
+    _add_search,
+    _add_audit,
+    _add_survey,
+    _add_render,
+    _add_evaluate,
+    _run,
+    _add_claims,
+    *_others,
+)
