@@ -16,8 +16,8 @@ if TYPE_CHECKING:
     )
     from msc.plots._audit_tables import (
         confirmed_jumps,
-        list_jumps,
-        summarise,
+        jump_table,
+        quality_table,
     )
     from msc.plots._camera import (
         check_suffix,
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
         plot_elbows,
     )
     from msc.plots._cost_tables import (
-        LIMIT,
+        ROLLOUT_LIMIT,
         data_table,
         growth_table,
         learner_table,
@@ -70,7 +70,14 @@ if TYPE_CHECKING:
         plot_sample_sizes,
         plot_sweep,
     )
-    from msc.plots._style import LOOKS
+    from msc.plots._style import METHOD_STYLES
+    from msc.plots._tables import (
+        comparison_table,
+        gate_shares,
+        kernel_table,
+        ratio_table,
+        sets_table,
+    )
     from msc.plots._weights import slide_weight
     from msc.plots._world import plot_workspaces
 

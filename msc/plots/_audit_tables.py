@@ -10,7 +10,7 @@ import pandas as pd
 from msc.search import LOWER
 
 
-def summarise(*audits: dict[str, Any]) -> pd.DataFrame:
+def quality_table(*audits: dict[str, Any]) -> pd.DataFrame:
     """Put the outcome of audits beside one another.
 
     Parameters
@@ -42,7 +42,7 @@ def summarise(*audits: dict[str, Any]) -> pd.DataFrame:
     return pd.DataFrame(columns)
 
 
-def list_jumps(audit: dict[str, Any]) -> pd.DataFrame:
+def jump_table(audit: dict[str, Any]) -> pd.DataFrame:
     """List the large steps that an audit bisected.
 
     Parameters

@@ -18,12 +18,12 @@ from matplotlib.ticker import PercentFormatter
 from msc.learn import READINGS, most_picked
 from msc.plots._style import SMALL, TRIO, styled
 
-PAPER = 4  # charts, in either workspace
+PAPER_N_CHARTS = 4  # charts, in either workspace
 
 _Measured = Mapping[str, Any]
 
 
-def elbow_table(*elbows: _Measured, count: int = PAPER) -> pd.DataFrame:
+def elbow_table(*elbows: _Measured, count: int = PAPER_N_CHARTS) -> pd.DataFrame:
     """List which number of charts every reading picks, and how firmly.
 
     Parameters
@@ -128,7 +128,7 @@ def _draw_reading(axis: Axes, reading: Mapping[str, Any]) -> None:
         color="0.78",
         label="share of the parts that pick it",
     )
-    axis.axvline(PAPER, color="0.3", ls=":", lw=1, label="the paper's number")
+    axis.axvline(PAPER_N_CHARTS, color="0.3", ls=":", lw=1, label="the paper's number")
     axis.plot(
         counts, height, "o-", ms=3, color=TRIO[0], label="curve, scaled to its range"
     )

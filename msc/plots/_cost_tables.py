@@ -15,7 +15,7 @@ import pandas as pd
 
 from msc.data import find_data
 
-LIMIT = 2.0  # what a rollout may cost, in units of its bare physics
+ROLLOUT_LIMIT = 2.0  # what a rollout may cost, in units of its bare physics
 
 _RATIOS = {
     "rollouts_per_second": "rollouts a second, one process",

@@ -11,8 +11,8 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from msc.plots._cost_tables import LIMIT
-from msc.plots._style import SMALL, WORLDS, styled
+from msc.plots._cost_tables import ROLLOUT_LIMIT
+from msc.plots._style import SMALL, WORLD_STYLES, styled
 
 _WAYS = {
     "mujoco": "MuJoCo, open loop",
@@ -76,10 +76,10 @@ def _draw_ways(axis: Axes, figures: _Figures) -> None:
             mew=0.5,
             elinewidth=1.2,
             label=world,
-            **WORLDS[world],
+            **WORLD_STYLES[world],
         )
-    axis.axvline(LIMIT, color="0.3", lw=1, ls="--")
-    axis.text(LIMIT, -0.4, f" {LIMIT:g} ×", fontsize=SMALL, va="bottom")
+    axis.axvline(ROLLOUT_LIMIT, color="0.3", lw=1, ls="--")
+    axis.text(ROLLOUT_LIMIT, -0.4, f" {ROLLOUT_LIMIT:g} ×", fontsize=SMALL, va="bottom")
     axis.set_xscale("log")
     ticks = [tick for tick in (0.5, 1, 2, 5, 10, 20, 50) if _within(tick, axis)]
     axis.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
@@ -98,7 +98,7 @@ def _draw_growth(
     runs = sorted(
         {(run["n_tasks"], run["evaluations_per_task"]) for run in growth["runs"]}
     )
-    look = WORLDS[growth["workspace"]]
+    look = WORLD_STYLES[growth["workspace"]]
     axis.plot(
         *np.transpose(runs),
         ms=5,
@@ -112,7 +112,7 @@ def _draw_growth(
             ls="",
             mfc="none",
             label=f"{world}, one task alone",
-            **WORLDS[world],
+            **WORLD_STYLES[world],
         )
     for world, table in tables.items():
         axis.plot(
@@ -122,7 +122,7 @@ def _draw_growth(
             ms=8,
             mec="black",
             label=f"{world}, the data set",
-            **WORLDS[world],
+            **WORLD_STYLES[world],
         )
     counts = sorted({1, *(n for n, _ in runs), *map(len, tables.values())})
     axis.set_xscale("log")

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from msc.learn import ParameterizedSkill
-from msc.plots._style import COLOURS, LOOKS, chart_colour, chart_marker, styled
+from msc.plots._style import COLOURS, METHOD_STYLES, chart_colour, chart_marker, styled
 from msc.plots._world import WEIGHT_LABELS
 
 DENSE = np.linspace(0, 2 * np.pi, 721, endpoint=False)[:, None]  # tasks (rad)
@@ -61,7 +61,7 @@ def plot_rivals(
             _draw_single(axis, learner, weight, COLOURS[name])
             at = np.rad2deg(tasks[chosen, 0]), searched[chosen]
             look: Any = {"color": COLOURS[name], "mec": "white", "mew": 0.4}
-            axis.plot(*at, LOOKS[name]["marker"], ms=4, **look)
+            axis.plot(*at, METHOD_STYLES[name]["marker"], ms=4, **look)
         axis.set(title=name, xticks=range(0, 361, 120))
         axis.set_xlabel("task angle (degrees)")
     margin = 0.15 * np.ptp(searched)

@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
-from msc.plots._figures import METHODS
+from msc.plots._figures import COMPARED
 from msc.plots._marks import (
     FLAT,
     TASK_AXIS,
@@ -163,7 +163,7 @@ def _weight_panel(
 
 def _error_panel(degrees: NDArray[Any], error_cm: dict[str, NDArray[Any]]) -> Panel:
     """Show how far from the target movements end, over the tasks."""
-    logs = {name: np.log10(error_cm[name]) for name in METHODS}
+    logs = {name: np.log10(error_cm[name]) for name in COMPARED}
     low = min(float(log.min()) for log in logs.values()) - 0.1
     high = max(float(log.max()) for log in logs.values()) + 0.1
     marks = [uprights(degrees, low)]

@@ -21,7 +21,7 @@ from msc.plots._marks import (
     world_panel,
 )
 from msc.plots._slider import Mark, Panel, Slider
-from msc.plots._style import COLOURS, GOAL, LOOKS, chart_colour, styled
+from msc.plots._style import COLOURS, GOAL, METHOD_STYLES, chart_colour, styled
 from msc.plots._world import draw_arm, draw_world
 from msc.robot import Arm, Rollout, Workspace
 
@@ -200,7 +200,11 @@ def _poster(
     figure, plane = plt.subplots(figsize=(4.2, 4.2))
     draw_world(plane, world)
     for name, some in reversed(list(rollouts.items())):
-        look: Any = {"color": COLOURS[name], "label": name, "ls": LOOKS[name]["ls"]}
+        look: Any = {
+            "color": COLOURS[name],
+            "label": name,
+            "ls": METHOD_STYLES[name]["ls"],
+        }
         draw_arm(plane, world, some[first].joints[-1], lw=3, color=COLOURS[name])
         plane.plot(*some[first].path.T, **look)
     plane.plot(*world.target(angles[first]), "o", color=GOAL, ms=8, zorder=5)

@@ -11,22 +11,22 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import NullLocator
 from numpy.typing import NDArray
 
-from msc.plots._style import COLOURS, COUNTS, LOOKS, SMALL, styled
-from msc.study import PLAIN, SIGNS, WORLDS, compare_cells
+from msc.plots._style import COLOURS, COUNT_STYLES, METHOD_STYLES, SMALL, styled
+from msc.plots._tables import PLAIN, SIGNS, WORLD_TITLES, compare_cells
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Study = dict[str, Any]
 
-PAPER = ("charts", "CrKr", "single regression")  # the methods of the paper's Figure 8
+PAPER_METHODS = ("charts", "CrKr", "single regression")  # of Figure 8
 
 
 @styled
 def plot_sample_sizes(
     *studies: Study,
     measures: Sequence[str] = ("mse, gate learned",),
-    methods: Sequence[str] = PAPER,
+    methods: Sequence[str] = PAPER_METHODS,
     design: str = "even",
     verdicts: bool = True,
 ) -> Figure:
@@ -38,7 +38,7 @@ def plot_sample_sizes(
         Results of `msc.study.run_study`, one column of panels each.
     measures : sequence of str, default=("mse, gate learned",)
         One row of panels each; all panels of a row have the same scale.
-    methods : sequence of str, default=PAPER
+    methods : sequence of str, default=PAPER_METHODS
         The lines.
     design : {"even", "uniform", "nonuniform"}, default="even"
         How training tasks were drawn.
@@ -106,7 +106,7 @@ def _panels(
         squeeze=False,
     )
     for axis, study in zip(axes[0], studies, strict=True):
-        axis.set_title(WORLDS[study["workspace"]])
+        axis.set_title(WORLD_TITLES[study["workspace"]])
     for axis, measure in zip(axes[:, 0], measures, strict=True):
         axis.set_ylabel(name_measure(measure))
     return figure, axes
@@ -119,7 +119,7 @@ def _draw_line(axis: Axes, cells: list[Any], measure: str, method: str) -> None:
     if found.empty:
         return
     sizes = [cell["n_samples"] for cell in here]
-    _draw_band(axis, sizes, found, method, LOOKS[method])
+    _draw_band(axis, sizes, found, method, METHOD_STYLES[method])
 
 
 def _draw_verdicts(
@@ -174,7 +174,7 @@ def plot_sweep(*studies: Study, measures: Sequence[str]) -> Figure:
         sweep = pd.DataFrame(study["sweep"])
         for axis, measure in zip(column, measures, strict=True):
             for (n_samples, cells), look in zip(
-                sweep.groupby("n_samples"), COUNTS, strict=False
+                sweep.groupby("n_samples"), COUNT_STYLES, strict=False
             ):
                 found = pd.DataFrame(
                     [cell[measure]["charts"] for cell in cells["measures"]]

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 from press._lazy import face
 
 if TYPE_CHECKING:
-    from msc.study._comparison import compare
+    from msc.study._comparison import Comparison, compare
     from msc.study._evaluation import Experiment
     from msc.study._execution import execute_policies
     from msc.study._methods import fit_methods, methods
@@ -16,20 +16,10 @@ if TYPE_CHECKING:
         task_density,
     )
     from msc.study._study import (
+        WORLDS,
         format_study,
         run_elbows,
         run_study,
-    )
-    from msc.study._tables import (
-        PLAIN,
-        SIGNS,
-        WORLDS,
-        compare_cells,
-        comparison_table,
-        gate_shares,
-        kernel_table,
-        ratio_table,
-        sets_table,
     )
 
 __all__, __getattr__, __dir__ = face(__name__, __file__)

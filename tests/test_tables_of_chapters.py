@@ -3,17 +3,17 @@ from dataclasses import replace
 import pytest
 
 from msc import load_dataset
-from msc.plots import plot_sample_sizes, plot_sweep
-from msc.study import (
-    compare_cells,
+from msc.plots import (
     comparison_table,
-    draw_samples,
     gate_shares,
     kernel_table,
+    plot_sample_sizes,
+    plot_sweep,
     ratio_table,
     sets_table,
 )
-from msc.study._comparison import Comparison
+from msc.plots._tables import compare_cells
+from msc.study import Comparison, draw_samples
 
 BASELINES = {"single regression": 2.0, "CrKr": 1.0, "nearest neighbour": 0.5}
 

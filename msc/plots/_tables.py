@@ -10,10 +10,9 @@ import pandas as pd
 from msc.claims import find_cell
 from msc.data import load_dataset
 from msc.estimates import rounded
-from msc.study._comparison import Comparison
-from msc.study._sampling import draw_samples
+from msc.study import Comparison, draw_samples
 
-WORLDS = {"free": "without obstacles", "obstacles": "with obstacles"}
+WORLD_TITLES = {"free": "without obstacles", "obstacles": "with obstacles"}
 SIGNS = {"lower": "●", "undecided": "○", "higher": "✕"}  # of the charts' error
 PLAIN = {  # measures, where they are shown
     "error_cm": "distance at the end (cm)",
@@ -108,7 +107,7 @@ def ratio_table(
                 chosen = (cells["measure"] == measure) & (cells["baseline"] == baseline)
                 here = cells[chosen].set_index("n_samples")["comparison"]
                 shown = PLAIN.get(measure, measure.replace("mse", "MSE"))
-                place = WORLDS[study["workspace"]], shown, baseline
+                place = WORLD_TITLES[study["workspace"]], shown, baseline
                 columns[place] = here.map(_cell)
     table = pd.DataFrame(columns).rename_axis("training tasks").fillna("–")
     table.columns = table.columns.set_names(["", "", f"{method} over"])
@@ -142,7 +141,7 @@ def kernel_table(
         "charts smooth, single rough": ("charts", "single, Matérn"),
     }
     tables = {
-        (WORLDS[study["workspace"]], kernels): ratio_table(
+        (WORLD_TITLES[study["workspace"]], kernels): ratio_table(
             study, measures=[measure], baselines=[baseline], method=method
         )[baseline]
         for study in studies
@@ -224,7 +223,7 @@ def gate_shares(*studies: dict[str, Any]) -> pd.DataFrame:
             )
             for way in ("chart known", "gate learned")
         )
-        world = WORLDS[study["workspace"]]
+        world = WORLD_TITLES[study["workspace"]]
         columns[world, "regression (MSE, chart known)"] = known
         columns[world, "the gate's share (%)"] = 100 * (1 - known / learned)
     return pd.DataFrame(columns).rename_axis("training tasks")
