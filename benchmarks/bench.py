@@ -146,7 +146,7 @@ def show(figures: dict[str, Any]) -> None:
         f"rollouts, of {memory['before_mb']:.0f} MB"
     )
     if mujoco_arm.rollout is None:
-        print("MuJoCo is left out; pip install 'msc[bench]' adds it.")
+        print("MuJoCo is left out; pip install 'msc[mujoco]' adds it.")
     else:
         print(
             "MuJoCo's rollout is C throughout and follows the torques of our rollouts: "

@@ -11,7 +11,7 @@ from msc import Workspace
 from msc.robot import LINK_RADIUS, TIME_STEP, forward_kinematics
 from msc.robot._arm import N_STEPS
 from msc.robot._bullet import SUBSTEPS
-from msc.robot._dynamics import rod_inertia
+from msc.robot._control import rod_inertia
 
 try:
     import mujoco

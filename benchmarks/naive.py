@@ -17,8 +17,7 @@ from msc import DMP, Workspace
 from msc.robot import TIME_STEP, forward_kinematics, joint_torques
 from msc.robot._arm import N_MOVING, N_STEPS
 from msc.robot._bullet import SUBSTEPS, BulletWorld, load_pybullet
-from msc.robot._control import ControllerGains
-from msc.robot._dynamics import coupled_inertias
+from msc.robot._control import ControllerGains, coupled_inertias
 from msc.robot._kinematics import DAMPING
 from msc.search import ENERGY_WEIGHT, ERROR_WEIGHT
 

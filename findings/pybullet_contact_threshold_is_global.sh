@@ -31,4 +31,4 @@ after = contacts()
 print(f"contacts before: {before}; after another connection, now closed, set it: {after}")
 assert (before, after) == (0, 1), "the threshold belongs to its connection now"
 PY
-env/bin/python try.py 2>/dev/null | tail -n 1
+env/bin/python try.py 2>errors | tail -n 1 || { tail -n 1 errors >&2; exit 1; }

@@ -45,4 +45,4 @@ assert abs(twice - 2) < 1e-6, "a second command replaces the first now"
 assert abs(taken_back - 1) < 1e-6, "a command of zero takes back the first now"
 assert abs(reset - 1) < 1e-6, "resetJointState takes the command back now"
 PY
-env/bin/python try.py 2>/dev/null | tail -n 1
+env/bin/python try.py 2>errors | tail -n 1 || { tail -n 1 errors >&2; exit 1; }

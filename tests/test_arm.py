@@ -20,8 +20,7 @@ from msc.robot import (
 )
 from msc.robot._arm import N_MOVING, N_STEPS
 from msc.robot._bullet import load_pybullet
-from msc.robot._control import ControllerGains
-from msc.robot._dynamics import coupled_inertias
+from msc.robot._control import ControllerGains, coupled_inertias
 
 bullet = load_pybullet()
 free = Workspace.free()

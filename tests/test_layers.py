@@ -12,7 +12,7 @@ ROOT = Path(__file__).parents[1]
 # Each may import from those before it, and of other floors what their faces offer.
 FLOORS = [
     "press",
-    "msc._arrays",
+    "msc._checks",
     "msc._parallel",
     "msc.robot",
     "msc.learn",

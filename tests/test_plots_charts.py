@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from msc.learn import READINGS
+from msc.learn import SELECTION_CRITERIA
 from msc.plots import elbow_table, gate_table, plot_elbows
 
 
@@ -11,7 +11,7 @@ def measured(world, picked, resampled, n_counts=6):
     """Return measurements in which all readings agree."""
     curve = (1.0 / np.arange(1, n_counts + 1)).tolist()
     reading = {"curve": curve, "picked": picked, "resampled": resampled}
-    readings = dict.fromkeys(READINGS, reading)
+    readings = dict.fromkeys(SELECTION_CRITERIA, reading)
     return {"workspace": world, "n_resamples": 10, "readings": readings}
 
 
@@ -25,14 +25,14 @@ def elbows():
 
 def test_table_tells_picks_and_shares(elbows):
     table = elbow_table(*elbows)
-    assert list(table.index) == list(READINGS.values())
+    assert list(table.index) == list(SELECTION_CRITERIA.values())
     assert table["free"].iloc[0].tolist() == ["3", "30%", "3 (70%)"]
     assert table["obstacles"].iloc[-1].tolist() == ["5", "0%", "5 (40%)"]
     assert elbow_table(*elbows, count=5)["obstacles", "picks 5"].iloc[0] == "40%"
 
 
 def test_figure_marks_every_pick_and_draws_every_share(elbows):
-    axes = np.reshape(plot_elbows(*elbows).axes, (len(READINGS), 2))
+    axes = np.reshape(plot_elbows(*elbows).axes, (len(SELECTION_CRITERIA), 2))
     for column, picked, shares in (
         (axes[:, 0], 3, [0, 0, 0.7, 0.3, 0, 0]),
         (axes[:, 1], 5, [0, 0, 0, 0, 0.4, 0.6]),
@@ -46,7 +46,7 @@ def test_figure_marks_every_pick_and_draws_every_share(elbows):
 
 def test_a_flat_curve_can_be_drawn(elbows):
     flat = {"curve": [0.0], "picked": 1, "resampled": {"1": 10}}
-    elbows[0]["readings"] = dict.fromkeys(READINGS, flat)
+    elbows[0]["readings"] = dict.fromkeys(SELECTION_CRITERIA, flat)
     assert plot_elbows(*elbows)
 
 

@@ -5,19 +5,10 @@ import numpy as np
 import pytest
 from scipy.spatial.distance import cdist
 
-import msc.learn._interior
 import msc.learn._reconstruction
 from msc import load_dataset
 from msc.learn import reconstruct
-from msc.learn._interior import solve_qps
-
-
-@pytest.fixture(params=["few", "many"])
-def solver(request, monkeypatch):
-    """Whether programs are stated to cvxpy or solved by the interior point method."""
-    if request.param == "many":
-        monkeypatch.setattr(msc.learn._reconstruction, "_FEW", 0)
-
+from msc.learn._reconstruction import FEW, SOLVERS, solve_qps
 
 SHAPES = [  # points, features, neighbours
     (12, 1, 4),
@@ -56,13 +47,18 @@ def optimum(x, others, regularization, is_normalized):
     )
 
 
+@pytest.mark.parametrize("solver", SOLVERS)
 @pytest.mark.parametrize("is_normalized", [True, False])
 @pytest.mark.parametrize("number", range(len(SHAPES)))
 def test_objectives_are_those_of_another_solver(number, is_normalized, solver):
     X, neighbors = sample(number, *SHAPES[number])
     regularization = (1.0, 10.0, 100.0)[number % 3]
     coef, distances, objective = reconstruct(
-        X, neighbors, regularization=regularization, is_normalized=is_normalized
+        X,
+        neighbors,
+        regularization=regularization,
+        is_normalized=is_normalized,
+        solver=solver,
     )
     np.testing.assert_allclose(coef.sum(axis=1), 1, rtol=1e-13)
     np.testing.assert_allclose(
@@ -86,24 +82,31 @@ def solve_on_support(columns, penalty, c):
         ones = np.ones((1, len(signs)))
         system = np.block([[kept.T @ kept, -ones.T], [ones, np.zeros((1, 1))]])
         wanted = np.r_[-penalty[support] * signs, 1]
-        *found, level = np.linalg.lstsq(system, wanted, rcond=None)[0]
+        *found, multiplier = np.linalg.lstsq(system, wanted, rcond=None)[0]
         error = kept @ found
-        slack = penalty * (1 + 1e-9) - abs(columns.T @ error - level)
-        if (np.sign(found) == signs).all() and (slack >= 0).all():
+        room = penalty * (1 + 1e-9) - abs(columns.T @ error - multiplier)
+        if (np.sign(found) == signs).all() and (room >= 0).all():
             return penalty[support] @ abs(np.array(found)) + error @ error / 2
     return None
 
 
 @pytest.mark.parametrize("workspace", ["free", "obstacles"])
 @pytest.mark.parametrize("is_normalized", [True, False])
-@pytest.mark.parametrize("step", [1, 5])  # by interior points, and by cvxpy
+@pytest.mark.parametrize("step", [1, 5])
+@pytest.mark.parametrize(
+    ("solver", "share"), [(None, 1e-11), ("batched", 1e-11), ("cvxpy", 1e-8)]
+)
 def test_on_the_policies_it_is_within_a_hundred_billionth(
-    workspace, is_normalized, step
+    workspace, is_normalized, solver, share, step
 ):
     X = load_dataset(workspace)[1][::step]
     neighbors = np.argsort(cdist(X, X), axis=1, kind="stable")[:, 1:21]
     coef, distances, objective = reconstruct(
-        X, neighbors, regularization=10.0, is_normalized=is_normalized
+        X,
+        neighbors,
+        regularization=10.0,
+        is_normalized=is_normalized,
+        solver=solver,
     )
     penalty = 10 * distances / distances.sum(axis=1, keepdims=True)
     columns = (X[neighbors] - X[:, None]).transpose(0, 2, 1)
@@ -112,13 +115,14 @@ def test_on_the_policies_it_is_within_a_hundred_billionth(
     expected = [
         solve_on_support(*each) for each in zip(columns, penalty, coef, strict=True)
     ]
-    np.testing.assert_allclose(objective, np.array(expected, float), rtol=1e-11)
+    np.testing.assert_allclose(objective, np.array(expected, float), rtol=share)
 
 
+@pytest.mark.parametrize("solver", SOLVERS)
 @pytest.mark.parametrize("chunk", [1, 7, 20, 30])
 def test_chunks_change_nothing(chunk, monkeypatch, solver):
     X, neighbors = sample(0, 30, 3, 8)
-    arguments = {"regularization": 10.0, "is_normalized": True}
+    arguments = {"regularization": 10.0, "is_normalized": True, "solver": solver}
     whole = reconstruct(X, neighbors, **arguments)
     monkeypatch.setattr(msc.learn._reconstruction, "_CHUNK", chunk)
     parts = reconstruct(X, neighbors, **arguments)
@@ -140,36 +144,49 @@ def test_a_chunk_of_copies_alone_needs_no_solver(monkeypatch):
     np.testing.assert_array_equal(objective, 0)
 
 
-def objectives(X, neighbors, regularization, is_normalized):
-    arguments = {"regularization": regularization, "is_normalized": is_normalized}
-    return reconstruct(X, neighbors, **arguments)[2]
+def objectives(X, neighbors, regularization, is_normalized, solver):
+    options = {"is_normalized": is_normalized, "solver": solver}
+    return reconstruct(X, neighbors, regularization=regularization, **options)[2]
 
 
 @pytest.mark.parametrize("is_normalized", [True, False])
 @pytest.mark.parametrize("regularization", [0.0, 1e-3, 1.0, 1e5])
 @pytest.mark.parametrize("scale", [1e-3, 1.0, 300.0])
-def test_both_ways_find_the_same_optima(
-    regularization, is_normalized, scale, monkeypatch
-):
+def test_both_solvers_find_the_same_optima(regularization, is_normalized, scale):
     X, neighbors = sample(1, 40, 4, 12)
     arguments = (scale * X, neighbors, regularization, is_normalized)
-    stated = objectives(*arguments)
-    monkeypatch.setattr(msc.learn._reconstruction, "_FEW", 0)
-    np.testing.assert_allclose(objectives(*arguments), stated, rtol=1e-7, atol=1e-18)
+    stated, batched = (objectives(*arguments, solver) for solver in SOLVERS)
+    np.testing.assert_allclose(batched, stated, rtol=1e-7, atol=1e-18)
+
+
+@pytest.mark.parametrize("n_points", [FEW, FEW + 1])
+def test_the_default_is_cvxpy_for_few_points_and_batched_for_more(n_points):
+    X, neighbors = sample(3, n_points, 3, 6)
+    options = {"regularization": 10.0, "is_normalized": True}
+    by_default = reconstruct(X, neighbors, **options)[0]
+    stated, batched = (
+        reconstruct(X, neighbors, **options, solver=solver)[0] for solver in SOLVERS
+    )
+    assert (stated != batched).any()
+    np.testing.assert_array_equal(by_default, stated if n_points == FEW else batched)
+
+
+def test_an_unknown_solver_is_named():
+    with pytest.raises(ValueError, match=r"solver='cvx'; wanted one of .*, or None"):
+        objectives(*sample(1, 40, 4, 12), 10.0, True, "cvx")
 
 
 def test_what_cannot_be_certified_goes_to_cvxpy(monkeypatch):
     X, neighbors = sample(2, 40, 4, 12)
-    stated = objectives(X, neighbors, 10.0, True)
-    monkeypatch.setattr(msc.learn._reconstruction, "_FEW", 0)
-    monkeypatch.setattr(
-        msc.learn._interior, "_STEPS", 9
-    )  # some are done by then, some not
+    stated = objectives(X, neighbors, 10.0, True, "cvxpy")
+    some = 9  # steps: some programs are done by then, some not
+    monkeypatch.setattr(msc.learn._reconstruction, "_STEPS", some)
     coef = solve_qps(
         np.random.default_rng(0).normal(size=(99, 3, 9)), np.full((99, 9), 0.1)
     )
     assert 0 < np.isnan(coef[:, 0]).sum() < 99
-    np.testing.assert_allclose(objectives(X, neighbors, 10.0, True), stated, rtol=1e-9)
+    batched = objectives(X, neighbors, 10.0, True, "batched")
+    np.testing.assert_allclose(batched, stated, rtol=1e-9)
 
 
 def test_the_interior_point_method_leaves_exact_zeros_and_certifies():
@@ -183,7 +200,9 @@ def test_the_interior_point_method_leaves_exact_zeros_and_certifies():
     assert (np.count_nonzero(coef, axis=1) <= 4).all()
     np.testing.assert_allclose(coef.sum(axis=1), 1, rtol=1e-7)
     slopes = np.einsum("ijk,ij->ik", columns, np.einsum("ijk,ik->ij", columns, coef))
-    level = np.where(coef, slopes + penalty * np.sign(coef), np.nan)
-    np.testing.assert_allclose(np.nanstd(level, axis=1), 0, atol=1e-6)  # optimality
+    multiplier = np.where(coef, slopes + penalty * np.sign(coef), np.nan)
+    np.testing.assert_allclose(
+        np.nanstd(multiplier, axis=1), 0, atol=1e-6
+    )  # optimality
     bound = penalty + 1e-6
-    assert (abs(slopes - np.nanmean(level, axis=1, keepdims=True)) <= bound).all()
+    assert (abs(slopes - np.nanmean(multiplier, axis=1, keepdims=True)) <= bound).all()

@@ -611,11 +611,11 @@ def test_pickle_and_clone(gate):
 
 
 def test_nothing_of_the_search_is_shared_between_fits():
-    starts = (msc.learn._gaussian._LENGTH_SCALES, msc.learn._gaussian._NOISES)
+    starts = (msc.learn._gaussian.LENGTH_SCALES, msc.learn._gaussian._NOISES)
     gp = GaussianProcessRegressor(RBF(2.0), optimizer=None)
     fast(None, regressor=gp).fit(tasks, policies)
     assert not hasattr(gp, "kernel_")
-    assert starts == (msc.learn._gaussian._LENGTH_SCALES, msc.learn._gaussian._NOISES)
+    assert starts == (msc.learn._gaussian.LENGTH_SCALES, msc.learn._gaussian._NOISES)
 
 
 @parametrize_with_checks(

@@ -435,6 +435,7 @@ def test_more_charts_than_the_elbow_curve_considers():
         ({"regularization": np.nan}, "'regularization' parameter of SMCE.*Got nan"),
         ({"regularization": np.inf}, "'regularization' parameter of SMCE.*Got inf"),
         ({"random_state": "x"}, "'random_state' parameter of SMCE.*'x'"),
+        ({"solver": "osqp"}, "'solver' parameter of SMCE.*'osqp'"),
     ],
 )
 def test_parameters_out_of_range(parameters, message):
@@ -498,7 +499,7 @@ def test_pickle_and_clone():
     assert not hasattr(clone(model), "labels_")
 
 
-@parametrize_with_checks([SMCE()])
+@parametrize_with_checks([SMCE(), SMCE(solver="batched")])
 def test_scikit_learn(estimator, check):
     check(estimator)
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from msc import Workspace
 from msc.robot import LINK_RADIUS, Circle, forward_kinematics
 from msc.robot import random_circles as draw
-from msc.robot._geometry import home_pose
+from msc.robot._workspace import home_pose
 
 free = Workspace.free()
 HAND = forward_kinematics(free.home, free.link_lengths)[-1]

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from msc._arrays import to_floats
+from msc._checks import to_floats
 
 
 def find_jumps(

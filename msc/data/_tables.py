@@ -18,7 +18,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from msc._arrays import LARGEST
+from msc._checks import LARGEST
 from press import checksum, locked, replace_files
 
 WEIGHTS = tuple(f"weight_{axis}{number}" for axis in "xy" for number in (1, 2, 3))

@@ -130,7 +130,7 @@ def _group(
 ) -> list[_Group]:
     """Group points by single linkage, given the tree's edges, shortest first."""
     found: list[_Group] = []
-    roots = list(range(n_points))  # of a part that was joined: the part it went into
+    roots = list(range(n_points))  # of a part that went into another: that one
     parts = {i: _Part([i], 0.0, 0.0, []) for i in roots}
     for step, *ends in edges:
         for end in (0, 1):
@@ -150,15 +150,13 @@ def _group(
 
 
 def _close(part: _Part, step: float) -> list[_Group]:
-    """Choose the whole part or what is within, now that the next step is known.
-
-    A tight whole is a group, unless smaller ones nearly cover it and are tighter.
-    """
+    """Choose the whole part or what is within, now that the next step is known."""
     mean = part.total / max(len(part.members) - 1, 1)
     evenness = mean / part.longest if part.longest else 1.0
     whole = _Group(part.members, step, part.longest / step, evenness)
     inner = [group for group in part.groups if len(group.members) > 1]
     covered = sum(len(group.members) for group in inner)
+    # A tight whole is a group, unless smaller ones nearly cover it and are tighter.
     if len(part.members) > 1 and (
         len(part.members) > _MOST
         or whole.ratio > _TIGHT
@@ -182,7 +180,7 @@ def _common_ratio(groups: list[_Group], n_points: int) -> float:
     ratios, sizes = np.array(tight).T
     copies = np.cumsum(sizes - 1)
     expected = _CHANCE * n_points * np.maximum(ratios, np.finfo(float).tiny)
-    more = np.maximum(copies, expected)
+    more = np.maximum(copies, expected)  # than chance; by the Poisson likelihood ratio
     evidence = more * np.log(more / expected) - (more - expected)
     best = int(evidence.argmax())
     is_sure = evidence[best] > _EVIDENCE

@@ -17,21 +17,21 @@ from sklearn.base import BaseEstimator, MultiOutputMixin, RegressorMixin
 from sklearn.utils._param_validation import Interval
 from sklearn.utils.validation import check_is_fitted
 
-from msc._parallel import tell
-from msc.learn._gaussian import _LENGTH_SCALES, _RANGE, warn_of_scale
-from msc.learn._validation import (
+from msc._checks import (
     MAGNITUDES,
     validate_cost,
     validate_pairs,
     validate_points,
 )
+from msc._parallel import tell
+from msc.learn._gaussian import LENGTH_SCALE_BOUNDS, LENGTH_SCALES, warn_of_scale
 
 __all__ = ["CrKR"]
 
 Array = NDArray[np.float64]
 
-_NOISES = (1e-6, 1e-3, 1e-1)  # ridge times mean cost; starts, as `_LENGTH_SCALES`
-_BOUNDS = (_RANGE, (1e-8, 1e3))  # of length scale and noise
+_NOISES = (1e-6, 1e-3, 1e-1)  # ridge times mean cost; starts, as `LENGTH_SCALES`
+_BOUNDS = (LENGTH_SCALE_BOUNDS, (1e-8, 1e3))  # of length scale and noise
 
 
 class CrKR(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: ignore[misc]
@@ -150,7 +150,7 @@ class CrKR(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: ignore[mis
             self.length_scale_, self.ridge_ = _tune(
                 cdist(X, X, "sqeuclidean"), y.reshape(len(X), -1), costs, self.verbose
             )
-        gram = self._kernel(X) + self.ridge_ * np.diag(costs)
+        gram = self._kernel(X) + self.ridge_ * np.diag(costs)  # K + ridge C
         try:
             self._factor = cho_factor(gram, lower=True)
         except LinAlgError as error:
@@ -207,7 +207,7 @@ def _tune(
             (np.log([length_scale, noise]) for noise in _NOISES),
             key=lambda start: _negative_log_likelihood(start, *arguments)[0],
         )
-        for length_scale in _LENGTH_SCALES
+        for length_scale in LENGTH_SCALES
     ]
     told = tell(
         starts,
@@ -238,6 +238,7 @@ def _negative_log_likelihood(
     log_parameters: Array, squares: Array, targets: Array, cost: Array
 ) -> tuple[float, Array]:
     """Return -log p(targets), signal variances at their best, and its gradient."""
+    # Rasmussen and Williams, "Gaussian Processes for Machine Learning", 2006:
     length_scale, noise = np.exp(log_parameters)
     kernel = np.exp(-squares / (2 * length_scale**2))
     try:
@@ -248,8 +249,8 @@ def _negative_log_likelihood(
     signal = (targets * weights).sum(axis=0) / len(targets)  # variance, closed form
     n_targets = targets.shape[1]
     value = 0.5 * len(targets) * np.log(signal).sum()
-    value += n_targets * np.log(np.diag(factor[0])).sum()
-    # d value / d gram, contracted with d gram / d log_parameters
+    value += n_targets * np.log(np.diag(factor[0])).sum()  # Eq. 5.8, but for constants
+    # Eq. 5.9: d value / d gram, contracted with d gram / d log_parameters
     by_gram = n_targets * cho_solve(factor, np.eye(len(targets)))
     by_gram -= (weights / signal) @ weights.T
     by_length_scale = (by_gram * kernel * squares).sum() / length_scale**2

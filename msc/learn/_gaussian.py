@@ -24,8 +24,8 @@ from sklearn.gaussian_process.kernels import (
 Array = NDArray[np.float64]
 Optimum = tuple[Array, float]
 
-_RANGE = (1e-2, 1e2)  # rad; bounds of the length scale
-_LENGTH_SCALES = (0.2, 0.7, 2.5)  # rad; starts of the likelihood's search
+LENGTH_SCALE_BOUNDS = (1e-2, 1e2)  # rad; bounds of the length scale
+LENGTH_SCALES = (0.2, 0.7, 2.5)  # rad; starts of the likelihood's search
 _NOISES = (1e-6, 1e-3, 1e-1)  # of the policies' variance; likewise
 
 
@@ -94,7 +94,8 @@ def gaussian_classifier() -> GaussianProcessClassifier:
         Unfitted.
     """
     return _BoundedClassifier(
-        ConstantKernel(1.0, (1e-3, 1e3)) * RBF(1.0, _RANGE), optimizer=_refine
+        ConstantKernel(1.0, (1e-3, 1e3)) * RBF(1.0, LENGTH_SCALE_BOUNDS),
+        optimizer=_refine,
     )
 
 
@@ -158,21 +159,22 @@ def warn_of_scale(tasks: Array) -> None:
     gap, steps = _nearest(distinct * spans), _steps(distinct) * spans
     is_other = (spans > 3 * spans.min()) & (steps > spans.min())
     has_neighbours = len(distinct) > 2 * len(spans)  # on all sides
-    is_wide = (steps > 3 * _LENGTH_SCALES[-1]) & is_other & has_neighbours
-    if gap > 4 * _LENGTH_SCALES[-1]:
-        is_wide |= (steps > 4 * _LENGTH_SCALES[-1]) | (spans == spans.max())
+    is_wide = (steps > 3 * LENGTH_SCALES[-1]) & is_other & has_neighbours
+    if gap > 4 * LENGTH_SCALES[-1]:
+        is_wide |= (steps > 4 * LENGTH_SCALES[-1]) | (spans == spans.max())
     widest = spans[~is_wide].max(initial=0.0)
-    is_narrow = ~is_wide & ((spans < _RANGE[0]) | (spans < widest / 100))
+    is_narrow = ~is_wide & ((spans < LENGTH_SCALE_BOUNDS[0]) | (spans < widest / 100))
     found = [
         f"span {spans[k]:.3g} and lie {steps[k]:.3g} apart in column {columns[k]} "
         f"(divide it by {spans[k] / 6:.2g}, say)"
         for k in np.flatnonzero(is_wide | is_narrow)
     ]
     if found:
+        least, most = LENGTH_SCALE_BOUNDS
         warnings.warn(
             f"tasks {'; '.join(found)}, but kernels are tuned to length scales from "
-            f"{_RANGE[0]:g} to {_RANGE[1]:g}, one for all columns: bring tasks to a "
-            "scale on which policies change over about one unit in each column",
+            f"{least:g} to {most:g}, one for all columns: bring tasks to a scale on "
+            "which policies change over about one unit in each column",
             UserWarning,
             stacklevel=3,
         )
@@ -197,10 +199,7 @@ def _distinct(points: Array) -> Array:
 
 
 def _thin(points: Array, radius: float, share: float = 0.0) -> Array:
-    """Return points without those nearer to earlier ones than told.
-
-    That is a radius, or a share of the distance to the 16th nearest.
-    """
+    """Drop points nearer to earlier ones than a radius, or a share of the 16th's."""
     n_points = len(points)
     distances, nearest = KDTree(points).query(points, k=range(1, min(17, n_points) + 1))
     is_copy = distances < np.maximum(radius, share * distances[:, -1:])
@@ -223,20 +222,22 @@ def _steps(points: Array) -> Array:
 
 
 _KERNELS: dict[str, Callable[[], Kernel]] = {
-    "squared exponential": lambda: RBF(1.0, _RANGE),
-    "matern": lambda: Matern(1.0, _RANGE, nu=1.5),
+    "squared exponential": lambda: RBF(1.0, LENGTH_SCALE_BOUNDS),
+    "matern": lambda: Matern(1.0, LENGTH_SCALE_BOUNDS, nu=1.5),
     "periodic": lambda: ExpSineSquared(
-        1.0, 2 * np.pi, length_scale_bounds=_RANGE, periodicity_bounds="fixed"
+        1.0,
+        2 * np.pi,
+        length_scale_bounds=LENGTH_SCALE_BOUNDS,
+        periodicity_bounds="fixed",
     ),
 }
 
 
 class _AtBounds:
-    """Let hyper-parameters rest on their bounds without a warning.
+    """Let hyper-parameters rest on their bounds without a warning: they are answers."""
 
-    A bound is an answer here: data without noise push the noise to its floor, a
-    constant policy the amplitude, a straight chart the length scale to its ceiling.
-    """
+    # Data without noise push the noise to its floor, a constant policy the amplitude,
+    # a straight chart the length scale to its ceiling.
 
     def fit(self, X: Any, y: Any) -> Self:
         with warnings.catch_warnings():
@@ -259,18 +260,15 @@ def _refine_starts(
     initial: Array,
     bounds: Array,
 ) -> Optimum:
-    """Minimise from each length scale, at the noise that suits it; return the best.
-
-    A kernel with other than these three hyper-parameters starts from its own values.
-    """
-    if len(initial) != 3:
+    """Minimise from each length scale, at the noise that suits it; return the best."""
+    if len(initial) != 3:  # another kernel, which starts from its own values
         return _refine(objective, initial, bounds)
     starts = [
         min(
             (np.log([1.0, length_scale, noise]) for noise in _NOISES),
             key=lambda start: objective(start, eval_gradient=False),
         )
-        for length_scale in _LENGTH_SCALES
+        for length_scale in LENGTH_SCALES
     ]
     found = [_refine(objective, start, bounds) for start in starts]
     return min(found, key=lambda optimum: optimum[1])

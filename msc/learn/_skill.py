@@ -25,7 +25,16 @@ from sklearn.svm import SVC
 from sklearn.utils._param_validation import HasMethods, StrOptions
 from sklearn.utils.validation import check_is_fitted
 
-from msc._arrays import REAL, check_real
+from msc._checks import (
+    RANDOM_STATE,
+    REAL,
+    RandomState,
+    check_magnitude,
+    check_real,
+    seed_of,
+    validate_pairs,
+    validate_points,
+)
 from msc._parallel import tell
 from msc.learn._copies import find_copies
 from msc.learn._gaussian import (
@@ -35,14 +44,6 @@ from msc.learn._gaussian import (
     warn_of_scale,
 )
 from msc.learn._smce import SMCE
-from msc.learn._validation import (
-    RANDOM_STATE,
-    RandomState,
-    check_magnitude,
-    seed_of,
-    validate_pairs,
-    validate_points,
-)
 
 __all__ = ["ParameterizedSkill"]
 
@@ -206,13 +207,13 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
         self.clusterer_, labels = None, np.zeros(len(X), dtype=np.intp)
         if self.charts is not None:
             clusterer = SMCE() if isinstance(self.charts, str) else self.charts
-            self.clusterer_ = _seeded_clone(clusterer, seed)
+            self.clusterer_ = seeded_clone(clusterer, seed)
             labels = _check_labels(self.clusterer_, policies)
         names, self.charts_ = np.unique(labels, return_inverse=True)
         self.n_charts_ = len(names)
-        gate = _GATES[self.gate]() if isinstance(self.gate, str) else self.gate
+        gate = GATES[self.gate]() if isinstance(self.gate, str) else self.gate
         gate = gate if self.n_charts_ > 1 else DummyClassifier()
-        self.gate_ = _seeded_clone(gate, seed)
+        self.gate_ = seeded_clone(gate, seed)
         spreads = policies.std(axis=0)
         charts = [self.charts_ == c for c in range(self.n_charts_)]
         known = [(X[in_chart], policies[in_chart]) for in_chart in charts]
@@ -248,7 +249,7 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
             kernel = WhiteKernel(spread**2, noise_level_bounds="fixed")
             return GaussianProcessRegressor(kernel, optimizer=None, normalize_y=True)
         given = gaussian_process() if self.regressor is None else self.regressor
-        regressor = _seeded_clone(given, seed)
+        regressor = seeded_clone(given, seed)
         if n_tasks == 2 and isinstance(regressor, GaussianProcessRegressor):
             regressor.set_params(optimizer=None)
         return regressor
@@ -339,11 +340,9 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
 
 
 def _once(tasks: Array, policies: Array, copies: Charts) -> tuple[Array, Array]:
-    """Average repetitions of a task's policy: they would pass for certainty.
-
-    To the likelihood, targets that repeat to the last bit have no noise, so that it
-    trades the length scale for hitting them all. Other policies of a task are kept.
-    """
+    """Average repetitions of a task's policy; other policies of a task are kept."""
+    # To the likelihood, targets that repeat to the last bit have no noise, so that it
+    # trades the length scale for hitting them all.
     rows = np.column_stack([tasks, copies])
     _, first, place = np.unique(rows, axis=0, return_index=True, return_inverse=True)
     if len(first) == len(rows):
@@ -383,8 +382,21 @@ def _returns_std(regressor: Any) -> bool:
     return "return_std" in inspect.signature(last.predict).parameters
 
 
-def _seeded_clone(estimator: Any, seed: int) -> Any:
-    """Clone an estimator, giving `seed` to every random_state that is None."""
+def seeded_clone(estimator: Any, seed: int) -> Any:
+    """Clone an estimator, giving a seed to every random_state that is None.
+
+    Parameters
+    ----------
+    estimator : estimator
+        Whatever it is, with parts or without.
+    seed : int
+        For those that have none of their own.
+
+    Returns
+    -------
+    estimator
+        Unfitted.
+    """
     copy = clone(estimator)
     unset = {
         name: seed
@@ -400,7 +412,7 @@ _INSTEAD = {
     "gate": "SVC(), or another classifier",
     "regressor": "gaussian_process()",
 }
-_GATES: dict[str, Callable[[], Any]] = {
+GATES: dict[str, Callable[[], Any]] = {
     "nearest": lambda: KNeighborsClassifier(n_neighbors=1),
     # Chart labels carry no noise, hence little slack: even small charts are learned.
     "svm": lambda: make_pipeline(StandardScaler(), SVC(C=1e4)),

@@ -19,8 +19,15 @@ from sklearn.base import BaseEstimator, ClusterMixin
 from sklearn.neighbors import NearestNeighbors
 from sklearn.utils._param_validation import Interval, StrOptions
 
+from msc._checks import (
+    RANDOM_STATE,
+    RandomState,
+    check_magnitude,
+    seed_of,
+    validate_points,
+)
 from msc.learn._copies import find_copies
-from msc.learn._reconstruction import reconstruct
+from msc.learn._reconstruction import SOLVERS, reconstruct
 from msc.learn._spectral import (
     cluster_each,
     cluster_rows,
@@ -29,7 +36,6 @@ from msc.learn._spectral import (
     unit_rows,
     within_cluster_ss,
 )
-from msc.learn._validation import RandomState, check_magnitude, seed_of, validate_points
 
 __all__ = ["SMCE"]
 
@@ -64,6 +70,12 @@ class SMCE(ClusterMixin, BaseEstimator):  # type: ignore[misc]
     random_state : int, RandomState instance, Generator or None, default=None
         Seed of the k-means starts. None draws fresh entropy; NumPy's global generator
         is left alone.
+    solver : {"cvxpy", "batched"} or None, default=None
+        What solves the points' programs: "cvxpy", to which they are stated as printed
+        below, or "batched", an interior point method of our own in half the time. None
+        is "cvxpy" for up to 100 distinct points, "batched" for more. Values agree
+        within 1e-8; where a minimum is flat, as among eight points, coefficients do
+        within 1e-5, and charts may differ.
 
     Attributes
     ----------
@@ -151,7 +163,8 @@ class SMCE(ClusterMixin, BaseEstimator):  # type: ignore[misc]
         "form": [StrOptions({"normalized", "raw"})],
         "prune": [Interval(Real, 0, 1, closed="right")],
         "max_clusters": [Interval(Integral, 1, None, closed="left")],
-        "random_state": ["random_state", np.random.Generator],
+        "random_state": RANDOM_STATE,
+        "solver": [StrOptions(set(SOLVERS)), None],
     }
 
     def __init__(
@@ -164,6 +177,7 @@ class SMCE(ClusterMixin, BaseEstimator):  # type: ignore[misc]
         prune: float = 0.95,
         max_clusters: int = 10,
         random_state: RandomState = None,
+        solver: str | None = None,
     ) -> None:
         self.n_clusters = n_clusters
         self.regularization = regularization
@@ -172,6 +186,7 @@ class SMCE(ClusterMixin, BaseEstimator):  # type: ignore[misc]
         self.prune = prune
         self.max_clusters = max_clusters
         self.random_state = random_state
+        self.solver = solver
 
     def fit(self, X: Any, y: Any = None) -> Self:  # noqa: ARG002
         """Find the charts.
@@ -234,16 +249,13 @@ class SMCE(ClusterMixin, BaseEstimator):  # type: ignore[misc]
     def _connect(
         self, distinct: Array, points: NDArray[np.int32], place: NDArray[np.intp]
     ) -> sp.csr_array:
-        """Reconstruct the distinct points; return the graph of their affinities.
-
-        They are rows `points` of X; `place` says which of them each row is, or repeats.
-        """
+        """Reconstruct the distinct points, rows `points`; return their affinities."""
         n_samples, n_points = len(place), len(points)
         shape = (n_samples, n_samples)
         indices = np.arange(n_samples, dtype=np.int32)
         copies = indices[points[place] != indices]
-        joined = (np.ones(len(copies)), (copies, points[place][copies]))
-        pointing = sp.csr_array(joined, shape)
+        ends = copies, points[place][copies]
+        pointing = sp.csr_array((np.ones(len(copies)), ends), shape)
         self.affinity_matrix_ = pointing + pointing.T  # a copy's is to its point, 1
         if n_points == 1:  # there is nothing but copies to reconstruct it from
             self.coef_ = pointing + sp.csr_array(([1.0], ([0], [1])), shape)
@@ -259,6 +271,7 @@ class SMCE(ClusterMixin, BaseEstimator):  # type: ignore[misc]
             neighbors,
             regularization=self.regularization,
             is_normalized=is_normalized,
+            solver=self.solver,
         )
         weights = abs(coef)
         if is_normalized:  # at distance zero, not to be told apart, is all the weight

@@ -1,10 +1,14 @@
-"""Spectral clustering of an affinity graph, and the elbow of a curve over charts."""
+"""Spectral clustering of an affinity graph, and the elbow of a curve over charts.
+
+By the algorithm of A. Ng, M. Jordan and Y. Weiss, "On Spectral Clustering", NIPS 2001,
+whose steps are named below.
+"""
 
 from __future__ import annotations
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from scipy.linalg import eigh
 from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import LinearOperator, eigsh, splu
@@ -45,7 +49,7 @@ def laplacian_eigen(affinity: sp.csr_array, k: int, seed: int) -> tuple[Array, A
     """
     n_points = affinity.shape[0]
     scale = sp.diags_array(1 / np.sqrt(affinity.sum(axis=1)))
-    laplacian = sp.eye_array(n_points) - scale @ affinity @ scale
+    laplacian = sp.eye_array(n_points) - scale @ affinity @ scale  # 1 - L of step 2
     null = _null_vectors(affinity, k)
     if n_points <= max(_LARGEST_DENSE, k + 1):  # the iterative solver finds fewer
         values, vectors = eigh(laplacian.toarray())
@@ -70,11 +74,10 @@ def _null_vectors(affinity: sp.csr_array, k: int) -> Array:
 def _smallest_but_null(
     laplacian: sp.csr_array, null: Array, k: int, seed: int
 ) -> tuple[Array, Array]:
-    """Return what follows the null vectors among the first k eigenvalues and vectors.
-
-    By shift-invert, since the small eigenvalues of a long chain lie very close; and in
-    the complement of the null vectors, which are known and would drown them.
-    """
+    """Return the eigenvalues and vectors that follow the null ones, up to the k-th."""
+    # ARPACK in shift-invert mode: it iterates with the inverse of (Laplacian - shift),
+    # since the small eigenvalues of a long chain lie very close; and in the complement
+    # of the null vectors, which are known and would drown them.
     n_points, n_null = null.shape
     if n_null == k:
         return np.empty(0), np.empty((n_points, 0))
@@ -167,7 +170,7 @@ def cluster_each(vectors: Array, n_counts: int, seed: int) -> list[NDArray[np.in
     """
     with threadpool_limits(1, "openmp"):  # so few rows: threads would only wait
         return [
-            cluster_rows(unit_rows(vectors[:, :count]), seed)
+            cluster_rows(unit_rows(vectors[:, :count]), seed)  # steps 3, 4 and 5
             for count in range(1, n_counts + 1)
         ]
 
@@ -216,50 +219,3 @@ def elbow(curve: Array) -> int:
     """
     chord = np.linspace(curve[0], curve[-1], len(curve))
     return int(np.argmax(chord - curve)) + 1
-
-
-def knee(curve: ArrayLike) -> int:
-    """Find the first knee of a falling curve that stands out.
-
-    Parameters
-    ----------
-    curve : array-like of shape (n_counts,)
-        A value for each count 1, 2, …
-
-    Returns
-    -------
-    int
-        The count at the knee, 1 if there is none.
-
-    Notes
-    -----
-    Both axes are scaled to [0, 1]. A knee is a local maximum of the distance below the
-    chord, if that falls by more than one step along the first axis (a sensitivity of 1)
-    before it rises again [1]_. `elbow` takes the greatest instead of the first.
-
-    References
-    ----------
-    .. [1] V. Satopää, J. Albrecht, D. Irwin and B. Raghavan, "Finding a 'Kneedle' in a
-       Haystack", ICDCS Workshops 2011.
-
-    Examples
-    --------
-    >>> knee([9.0, 4.0, 1.0, 0.9, 0.8])
-    3
-    >>> knee([4.0, 3.0, 2.0, 1.0])
-    1
-    """
-    values = np.asarray(curve, dtype=float)
-    if len(values) < 3 or np.ptp(values) == 0:
-        return 1
-    heights = (values.max() - values) / np.ptp(values)
-    below = heights - np.linspace(0, 1, len(values))
-    place, threshold = 0, -np.inf
-    for i in range(1, len(below) - 1):
-        if below[i] >= max(below[i - 1], below[i + 1]) and below[i] > 0:
-            place, threshold = i, below[i] - 1 / (len(below) - 1)
-        elif below[i] <= min(below[i - 1], below[i + 1]):
-            threshold = -np.inf
-        if below[i + 1] < threshold:
-            return place + 1
-    return 1

@@ -1,6 +1,6 @@
 """The number of charts: tables and figure of the readings of the elbow, and the gates.
 
-`msc evaluate` writes the files, one a workspace; see `msc.learn._elbow_parts`.
+`msc evaluate` writes the files, one a workspace; see `msc.study.measure_elbows`.
 """
 
 from __future__ import annotations
@@ -15,8 +15,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import PercentFormatter
 
-from msc.learn import READINGS, most_picked
+from msc.learn import SELECTION_CRITERIA
 from msc.plots._style import SMALL, TRIO, styled
+from msc.study import most_picked
 
 PAPER_N_CHARTS = 4  # charts, in either workspace
 
@@ -41,15 +42,16 @@ def elbow_table(*elbows: _Measured, count: int = PAPER_N_CHARTS) -> pd.DataFrame
         the share of that, the last number considered excepted.
     """
     columns: dict[tuple[str, str], list[str]] = {}
+    names = tuple(SELECTION_CRITERIA)
     for measured in elbows:
         readings, n_parts = measured["readings"], measured["n_resamples"]
         world = measured["workspace"]
-        most = [most_picked(measured, name) for name in READINGS]
-        times = [readings[name]["resampled"].get(f"{count}", 0) for name in READINGS]
-        columns[world, "picks"] = [f"{readings[name]['picked']}" for name in READINGS]
+        most = [most_picked(measured, name) for name in names]
+        times = [readings[name]["resampled"].get(f"{count}", 0) for name in names]
+        columns[world, "picks"] = [f"{readings[name]['picked']}" for name in names]
         columns[world, f"picks {count}"] = [f"{n / n_parts:.0%}" for n in times]
         columns[world, "most often"] = [f"{n} ({share:.0%})" for n, share in most]
-    return pd.DataFrame(columns, index=list(READINGS.values()))
+    return pd.DataFrame(columns, index=list(SELECTION_CRITERIA.values()))
 
 
 @styled
@@ -69,15 +71,15 @@ def plot_elbows(*elbows: _Measured) -> Figure:
         parts of the data on which each number is picked; dotted, the paper's number.
     """
     figure, axes = plt.subplots(
-        len(READINGS),
+        len(SELECTION_CRITERIA),
         len(elbows),
-        figsize=(7.4, 1.45 * len(READINGS) + 0.4),
+        figsize=(7.4, 1.45 * len(SELECTION_CRITERIA) + 0.4),
         sharex="col",
         sharey=True,
         squeeze=False,
     )
     for column, measured in zip(axes.T, elbows, strict=True):
-        for axis, (name, label) in zip(column, READINGS.items(), strict=True):
+        for axis, (name, label) in zip(column, SELECTION_CRITERIA.items(), strict=True):
             _draw_reading(axis, measured["readings"][name])
             axis.set_title(label, loc="left", fontsize=SMALL)
         column[0].set_title(measured["workspace"], loc="right", fontweight="bold")

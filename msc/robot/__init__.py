@@ -1,4 +1,23 @@
-"""A task and a policy -> what the arm does."""
+"""A task and a policy -> what the arm does.
+
+A `Workspace` says where the arm, the goals and the obstacles are; a `DMP` turns a
+policy into a path of the end effector, inverse kinematics turn the path into a plan of
+joint angles, and the controller follows it with torques in PyBullet. An `Arm` does all
+of it; a `Rollout` is what came about.
+
+    ================  ======================================================  =========
+    ``task_deg``      task angle, counted from the cut                        degrees
+    ``policy``        weights of Eq. 7, those of x before those of y: (6,)
+    ``path``          places of the end effector: (n_steps + 1, 2)            m
+    ``plan``          joint angles to follow: (n_steps + 1, 3)                rad
+    ``joints``        joint angles that came about: (n_steps + 1, 3)          rad
+    ``error``         distance from the target at the end of settling         m
+    ``energy``        squared joint velocity, summed and integrated           rad²/s
+    ================  ======================================================  =========
+
+Many policies stand in front, ``(n_policies, …)``; where arms are moved in lock-step,
+``n_arms`` stands last.
+"""
 
 from typing import TYPE_CHECKING
 
@@ -6,18 +25,14 @@ from press._lazy import face
 
 if TYPE_CHECKING:
     from msc.robot._arm import Arm, Rollout, cached_arm
-    from msc.robot._control import TIME_STEP
+    from msc.robot._control import TIME_STEP, ControllerGains, joint_torques
     from msc.robot._dmp import DMP, check_policies
-    from msc.robot._dynamics import joint_torques
-    from msc.robot._geometry import (
+    from msc.robot._kinematics import forward_kinematics, inverse_kinematics
+    from msc.robot._workspace import (
         LINK_RADIUS,
         Circle,
-        clearance,
-        forward_kinematics,
-    )
-    from msc.robot._kinematics import inverse_kinematics
-    from msc.robot._workspace import (
         Workspace,
+        clearance,
         random_circles,
     )
 

@@ -13,12 +13,11 @@ from typing import NoReturn
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from msc._arrays import check_kind, check_whole, to_floats
+from msc._checks import check_kind, check_whole, to_floats
 from msc.robot._bullet import BulletWorld
 from msc.robot._control import TIME_STEP, ControllerGains
 from msc.robot._dmp import DMP, check_policies
-from msc.robot._geometry import forward_kinematics
-from msc.robot._kinematics import inverse_kinematics
+from msc.robot._kinematics import forward_kinematics, inverse_kinematics
 from msc.robot._workspace import Workspace
 
 N_MOVING, N_SETTLING = 60, 6  # steps: one second of movement, a tenth to settle
@@ -269,14 +268,14 @@ def _forgettable_arm(workspace: Workspace, dmp: DMP) -> Arm:
     return arm
 
 
-class _Kept(threading.local):
+class _ArmCache(threading.local):
     """The arms that a thread keeps, freed as it ends."""
 
     def __init__(self) -> None:
         self.arm = lru_cache(maxsize=4)(_forgettable_arm)
 
 
-_kept = _Kept()
+_cache = _ArmCache()
 
 
 def cached_arm(workspace: Workspace, dmp: DMP | None = None) -> Arm:
@@ -295,4 +294,4 @@ def cached_arm(workspace: Workspace, dmp: DMP | None = None) -> Arm:
         Not to be closed: the thread keeps four, and frees them as it ends. What it does
         does not depend on what it did before.
     """
-    return _kept.arm(workspace, dmp or DMP())
+    return _cache.arm(workspace, dmp or DMP())

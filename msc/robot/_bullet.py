@@ -28,10 +28,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from msc.robot._control import TIME_STEP, ComputedTorqueController, ControllerGains
-from msc.robot._dynamics import coupled_inertias, rod_inertia
-from msc.robot._geometry import LINK_RADIUS
-from msc.robot._workspace import Workspace
+from msc.robot._control import (
+    TIME_STEP,
+    ComputedTorqueController,
+    ControllerGains,
+    coupled_inertias,
+    rod_inertia,
+)
+from msc.robot._workspace import LINK_RADIUS, Workspace
 
 SUBSTEPS = 4  # of the physics in a time step of the controller: 240 Hz
 
@@ -64,11 +68,6 @@ class BulletWorld:
     ----------
     client_id : int
         PyBullet's number of the world; -1 once it is closed.
-
-    Raises
-    ------
-    RuntimeError
-        If the process has as many worlds already as PyBullet takes.
     """
 
     def __init__(
@@ -94,13 +93,7 @@ class BulletWorld:
         ]
 
     def close(self) -> None:
-        """Free the world, after what another thread has it do.
-
-        Raises
-        ------
-        RuntimeError
-            If the call comes from within a rollout, as from a signal's handler.
-        """
+        """Free the world, after what another thread has it do."""
         with _TURN:
             self._refuse_if_busy()
             self.client_id = -1
@@ -123,11 +116,6 @@ class BulletWorld:
         impulse : ndarray of shape (n_policies,)
             Their `Rollout.contact_impulse` (N s): PyBullet reports the forces of the
             last sub-step of each time step, which stand for all of it.
-
-        Raises
-        ------
-        RuntimeError
-            If the world has been freed, or the call comes from within a rollout.
         """
         with _TURN:
             self._refuse_if_busy()
@@ -155,7 +143,7 @@ class BulletWorld:
         wanted = np.empty((n_rows, 3, self.n_arms))
         wanted[:] = np.array(self.workspace.home)[:, None]
         wanted[..., :n_policies] = plan.transpose(1, 2, 0)
-        pursuit = ComputedTorqueController(self.controller, wanted, self._inertias)
+        controller = ComputedTorqueController(self.controller, wanted, self._inertias)
         push, mode = bullet.setJointMotorControlArray, bullet.TORQUE_CONTROL
         states = np.empty((n_rows, 6 * self.n_arms))
         contacts: list[list[float]] = [[] for _ in self._bodies]
@@ -164,7 +152,7 @@ class BulletWorld:
         states[0] = self._read()
         for step in range(n_rows - 1):
             state = states[step].reshape(-1, 2, 3).transpose(1, 2, 0)
-            torques = pursuit.torques(step, state).T.tolist()
+            torques = controller.torques(step, state).T.tolist()
             for body, torque in zip(self._bodies, torques, strict=True):
                 push(body, _JOINTS, mode, forces=torque, physicsClientId=client)
             bullet.stepSimulation(physicsClientId=client)
@@ -251,13 +239,11 @@ class BulletWorld:
         return bodies
 
     def _load_obstacle(self, x: float, y: float, radius: float, height: float) -> int:
-        """Add an immovable, frictionless post, its middle at a height.
-
-        A capsule, as the links are: where two of them touch has a closed form, which
-        moves as smoothly as they do. Where a capsule touches a cylinder the engine
-        finds by iteration, and its last digits decide whether a link that slides along
-        touches or not.
-        """
+        """Add an immovable, frictionless post, its middle at a height."""
+        # A capsule, as the links are: where two of them touch has a closed form, which
+        # moves as smoothly as they do. Where a capsule touches a cylinder the engine
+        # finds by iteration; its last digits decide whether a link that slides along
+        # touches or not.
         bullet, client = self._bullet, self.client_id
         shape = bullet.createCollisionShape(
             bullet.GEOM_CAPSULE, radius=radius, height=0.2, physicsClientId=client

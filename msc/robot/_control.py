@@ -1,16 +1,147 @@
-"""The controller: planned and actual joint motion -> torques, for many arms at once."""
+"""The controller: planned and actual joint motion -> torques, for many arms at once.
+
+It asks every joint for an acceleration; inverse dynamics say which torques that takes.
+The links are slender, uniform rods turning in a horizontal plane, where nothing has to
+be held up.
+"""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
-from msc._arrays import check_number, to_floats
-from msc.robot._dynamics import InverseDynamics
+from msc._checks import check_number, to_floats
 
 TIME_STEP = 1 / 60  # s; between two commands, and between two rows of a rollout
+
+_Array = NDArray[np.float64]
+
+
+def rod_inertia(length: ArrayLike, mass: ArrayLike) -> _Array:
+    """Return the moment of inertia of slender rods about their middle.
+
+    Parameters
+    ----------
+    length, mass : float or array_like
+        Of the rods (m, kg).
+
+    Returns
+    -------
+    float or ndarray
+        Moments of inertia (kg m²).
+    """
+    return np.asarray(mass) * np.square(length) / 12
+
+
+def coupled_inertias(link_lengths: ArrayLike, link_masses: ArrayLike) -> _Array:
+    """Return the constants of an arm's equations of motion.
+
+    Parameters
+    ----------
+    link_lengths, link_masses : array_like of shape (n_joints,)
+        Of the links, from the base outwards (m, kg).
+
+    Returns
+    -------
+    ndarray of shape (n_joints, n_joints)
+        Constants m of the kinetic energy, ½ Σ mᵢⱼ cos(φᵢ - φⱼ) φ̇ᵢ φ̇ⱼ, where φᵢ is the
+        angle of link i to a fixed direction (kg m²).
+
+    Examples
+    --------
+    >>> coupled_inertias([1.0, 1.0], [3.0, 3.0])
+    array([[4. , 1.5],
+           [1.5, 1. ]])
+    """
+    lengths = np.asarray(link_lengths, dtype=float)
+    masses = np.asarray(link_masses, dtype=float)
+    beyond = masses.sum() - np.cumsum(masses)  # what each link carries at its end
+    levers = lengths * (masses / 2 + beyond)
+    inertias = np.triu(np.outer(lengths, levers), 1)
+    own = rod_inertia(lengths, masses) + lengths**2 * (masses / 4 + beyond)
+    return inertias + inertias.T + np.diag(own)
+
+
+class InverseDynamics:
+    """The torques that make arms accelerate as wanted, asked for time and again.
+
+    Parameters
+    ----------
+    inertias : ndarray of shape (n_joints, n_joints)
+        What `coupled_inertias` gives.
+    n_arms : int
+        How many arms.
+
+    Notes
+    -----
+    Lagrange's equations. With links as complex numbers zⱼ = exp(i φⱼ), the torque about
+    the near end of link i is the imaginary part of conj(zᵢ) Σⱼ mᵢⱼ z̈ⱼ, and a joint has
+    to bear those of all links beyond it.
+
+    On so few numbers most of NumPy's time goes into fitting shapes and types to one
+    another, so constants are kept in full, and so is room for what comes in between.
+
+    Examples
+    --------
+    >>> torques_of = InverseDynamics(coupled_inertias([1.0], [3.0]), n_arms=2)
+    >>> torques_of(np.array([[[0.3, 0.3]], [[5.0, 5.0]], [[2.0, 4.0]]]))
+    array([[2., 4.]])
+    """
+
+    def __init__(self, inertias: _Array, n_arms: int) -> None:
+        shape = len(inertias), n_arms
+        self._weights = inertias.T[..., None].repeat(n_arms, axis=-1).astype(complex)
+        self._weighted = np.empty_like(self._weights)
+        self._links, self._pulled = np.empty((2, *shape), dtype=complex)
+        self._turning = np.empty((3, *shape))  # of the links
+        self._parts, self._terms = tuple(self._turning), tuple(self._weighted)
+
+    def __call__(self, motion: _Array) -> _Array:
+        """Find (n_joints, n_arms) torques of motion, as `joint_torques` has it."""
+        angle, speed, acceleration = self._parts
+        np.add.accumulate(motion, axis=1, out=self._turning)
+        links, pulled = self._links, self._pulled
+        links.real, links.imag = 0.0, angle
+        np.exp(links, out=links)  # zⱼ = exp(i φⱼ)
+        pulled.real, pulled.imag = -(speed * speed), acceleration
+        pulled *= links  # z̈ⱼ = (i φ̈ⱼ - φ̇ⱼ²) zⱼ
+        np.multiply(self._weights, pulled[:, None], out=self._weighted)
+        about, *others = self._terms  # Σⱼ mᵢⱼ z̈ⱼ, of all links i
+        for other in others:
+            about += other
+        np.conjugate(links, out=links)
+        np.multiply(links, about, out=about)
+        # From the last joint inwards, as the recursive Newton-Euler method adds up.
+        return np.add.accumulate(about.imag[::-1], axis=0)[::-1].copy()
+
+
+def joint_torques(motion: ArrayLike, inertias: _Array) -> _Array:
+    """Find the torques that make an arm, or several, accelerate as wanted.
+
+    Parameters
+    ----------
+    motion : array_like of shape (3, n_joints, ...)
+        Joint angles, velocities and accelerations (rad, rad/s, rad/s²).
+    inertias : ndarray of shape (n_joints, n_joints)
+        What `coupled_inertias` gives.
+
+    Returns
+    -------
+    ndarray of shape (n_joints, ...)
+        Torques of the joints (N m), see `InverseDynamics`.
+
+    Examples
+    --------
+    >>> inertias = coupled_inertias([1.0], [3.0])
+    >>> joint_torques([[0.3], [5.0], [2.0]], inertias)
+    array([2.])
+    """
+    moving = to_floats("motion", motion)
+    arms = moving.reshape(*moving.shape[:2], -1)
+    torques = InverseDynamics(inertias, arms.shape[-1])(arms)
+    return torques.reshape(moving.shape[1:])
 
 
 @dataclass(frozen=True)
@@ -62,16 +193,13 @@ class ComputedTorqueController:
     plan : ndarray of shape (n_steps + 1, 3, n_arms)
         Joint angles to follow, one row a time step (rad).
     inertias : ndarray of shape (3, 3)
-        Of the arm, see `msc.robot.coupled_inertias`.
+        What `coupled_inertias` gives.
     """
 
     def __init__(
-        self,
-        controller: ControllerGains,
-        plan: NDArray[np.float64],
-        inertias: NDArray[np.float64],
+        self, controller: ControllerGains, plan: _Array, inertias: _Array
     ) -> None:
-        rate = controller.bandwidth
+        rate = controller.bandwidth  # (d/dt + rate)³ = d³/dt³ + 3 rate d²/dt² + …
         proportional, derivative, integral = 3 * rate**2, 3 * rate, rate**3
         speed = np.gradient(plan, TIME_STEP, axis=0)
         acceleration = np.gradient(speed, TIME_STEP, axis=0)
@@ -88,7 +216,7 @@ class ComputedTorqueController:
         self._parts = tuple(self._motion)
         self._torques_of = InverseDynamics(inertias, shape[1])
 
-    def torques(self, step: int, state: NDArray[np.float64]) -> NDArray[np.float64]:
+    def torques(self, step: int, state: _Array) -> _Array:
         """Decide the torques of a time step.
 
         Parameters
@@ -106,6 +234,8 @@ class ComputedTorqueController:
         proportional, derivative, integral = self._gains
         angle, speed, acceleration = self._parts
         self._motion[:2] = state
+        # Acceleration that is asked for: planned + 3r ė + 3r² e + r³ ∫e, with e = plan
+        # - angle; what depends on the plan alone is `drive`, computed beforehand.
         self._integral += self._time_step * (self._plan[step] - angle)
         _bound(self._integral, self._windup)
         acceleration[:] = (
@@ -119,7 +249,7 @@ class ComputedTorqueController:
         return torque
 
 
-def _bound(values: NDArray[np.float64], limit: NDArray[np.float64]) -> None:
+def _bound(values: _Array, limit: _Array) -> None:
     """Keep values within plus and minus a limit, in place."""
     np.minimum(values, limit, out=values)
     np.maximum(values, -limit, out=values)

@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.integrate import solve_ivp
 
-from msc._arrays import LARGEST, check_number, check_whole, to_floats
+from msc._checks import LARGEST, check_number, check_whole, to_floats
 
 _BOUNDS = {
     "spring": (1e-2, 1e4),

@@ -1,9 +1,9 @@
-"""Inverse kinematics: end-effector paths -> joint angles, many paths at once.
+"""Kinematics: joint angles -> where the links are, and a path -> joint angles.
 
-Differential damped least squares, followed from the home pose: each step takes the
-smallest joint motion that brings the end effector to the path's next point, so that
-the redundant third joint needs no rule of its own, and the pose at the end depends on
-the way there.
+The inverse is differential damped least squares, followed from the home pose: each step
+takes the smallest joint motion that brings the end effector to the path's next point.
+So the redundant third joint needs no rule of its own, and the pose at the end depends
+on the way there.
 """
 
 from __future__ import annotations
@@ -11,10 +11,39 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from msc._arrays import to_floats
+from msc._checks import to_floats
 
 DAMPING = 0.02  # m; where the arm is nearly singular, joints stay slow, the path is cut
 MAX_JOINT_STEP = 0.4  # rad; at 60 Hz 24 rad/s, only met by paths out of reach
+
+
+def forward_kinematics(
+    joints: ArrayLike, link_lengths: ArrayLike
+) -> NDArray[np.float64]:
+    """Place the arm's joints and its end effector (forward kinematics).
+
+    Parameters
+    ----------
+    joints : array_like of shape (..., 3)
+        Joint angles, each relative to the link before (rad).
+    link_lengths : array_like of shape (3,)
+        Lengths of the links (m).
+
+    Returns
+    -------
+    ndarray of shape (..., 4, 2)
+        The base, the two joints further out and the end effector (m).
+
+    Examples
+    --------
+    >>> forward_kinematics([0.0, 0.0, 0.0], [0.40, 0.35, 0.25])[-1]
+    array([1., 0.])
+    """
+    heading = np.cumsum(to_floats("joints", joints), axis=-1)
+    links = np.stack([np.cos(heading), np.sin(heading)], axis=-1)
+    links = links * np.asarray(link_lengths, dtype=float)[:, None]
+    base = np.zeros((*heading.shape[:-1], 1, 2))
+    return np.concatenate([base, np.cumsum(links, axis=-2)], axis=-2)
 
 
 def inverse_kinematics(
@@ -61,7 +90,7 @@ def inverse_kinematics(
     shape = 3, targets.shape[1]
     joints = np.empty((len(targets), *shape))
     joints[0] = np.reshape(home, (3, 1))
-    # Constants in full, room for what comes in between: see `msc.robot._dynamics`.
+    # Constants in full, room for what comes in between: see `InverseDynamics`.
     lengths = np.reshape(link_lengths, (3, 1)).repeat(shape[1], axis=1).astype(complex)
     limit, unit = np.full(shape, MAX_JOINT_STEP), np.full(shape, 1j)
     half = np.full((2, shape[1]), 0.5 + 0j)
@@ -75,14 +104,14 @@ def inverse_kinematics(
         middle += lower
         upper += middle  # now arms[k] points from joint k to the end effector
         error = target - upper
-        arms *= unit  # the Jacobian's columns
+        arms *= unit  # jₖ = ∂(end effector)/∂qₖ, the Jacobian's columns
         np.conjugate(arms, out=turned)
         np.multiply(arms, arms, out=squares)
         np.multiply(arms, turned, out=moduli)
-        r, p = half * np.add.reduce(products, axis=1)
+        r, p = half * np.add.reduce(products, axis=1)  # J Jᵀ y = p y + r conj(y)
         p = p.real + DAMPING**2
         y = (p * error - r * error.conj()) / (p * p - (r * r.conj()).real)
-        step = np.minimum((turned * y).real, limit)
+        step = np.minimum((turned * y).real, limit)  # dq = Jᵀ y
         np.add(before, np.maximum(step, -limit), out=after)
     joints = joints.reshape(len(targets), 3, *points.shape[:-2])
     return np.moveaxis(joints, (0, 1), (-2, -1))

@@ -9,16 +9,88 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from msc._arrays import LARGEST, to_floats
-from msc.robot._geometry import Circle, clearance, forward_kinematics, home_pose
+from msc._checks import LARGEST, to_floats
+from msc.robot._kinematics import forward_kinematics
+
+LINK_RADIUS = 0.02  # m; half the thickness of a link
 
 _LINKS = (0.40, 0.35, 0.25)
 _SMALLEST = 1e-6  # m; of a radius
 _BOUNDS = {"link_lengths": (0.05, 10.0), "link_masses": (0.01, 1000.0)}
+
+
+class Circle(NamedTuple):
+    """A round obstacle, as seen from above (m)."""
+
+    x: float
+    y: float
+    radius: float
+
+
+def clearance(points: ArrayLike, circle: Circle) -> NDArray[np.float64]:
+    """Measure the gap between an arm's links and the centre of a circle.
+
+    Parameters
+    ----------
+    points : array_like of shape (..., 4, 2)
+        What `forward_kinematics` gives (m).
+    circle : Circle
+        The circle; its radius does not count.
+
+    Returns
+    -------
+    ndarray of shape (...)
+        Smallest distance of the links' surfaces from the centre (m).
+
+    Examples
+    --------
+    >>> arm = forward_kinematics([0.0, 0.0, 0.0], [0.40, 0.35, 0.25])
+    >>> clearance(arm, Circle(0.5, 0.3, 0.1)).round(3)
+    np.float64(0.28)
+    """
+    points = np.asarray(points, dtype=float)
+    starts, steps = points[..., :-1, :], np.diff(points, axis=-2)
+    to_centre = np.array([circle.x, circle.y]) - starts
+    along = np.sum(to_centre * steps, axis=-1) / np.sum(steps**2, axis=-1)
+    apart = to_centre - np.clip(along, 0, 1)[..., None] * steps
+    return np.asarray(np.hypot(apart[..., 0], apart[..., 1]).min(axis=-1) - LINK_RADIUS)
+
+
+def home_pose(
+    link_lengths: tuple[float, float, float], reach: float, heading: float
+) -> tuple[float, float, float]:
+    """Find the pose (q, b, b), b > 0, that puts the end effector at a given place.
+
+    Parameters
+    ----------
+    link_lengths : tuple of float
+        Lengths of the three links (m).
+    reach, heading : float
+        Distance (m) and world angle (rad) of the end effector, seen from the base.
+
+    Returns
+    -------
+    tuple of float
+        Joint angles (rad).
+
+    Examples
+    --------
+    >>> [round(angle, 3) for angle in home_pose((0.40, 0.35, 0.25), 0.85, 0.0)]
+    [-0.592, 0.707, 0.707]
+    """
+    first, second, third = link_lengths
+    quadratic = 4 * first * third  # reach² is a quadratic in cos b
+    linear = 2 * second * (first + third)
+    constant = (first - third) ** 2 + second**2 - reach**2
+    root = math.sqrt(linear**2 - 4 * quadratic * constant)
+    bend = math.acos((root - linear) / (2 * quadratic))
+    tip = first + second * np.exp(1j * bend) + third * np.exp(2j * bend)
+    return (heading - float(np.angle(tip)), bend, bend)
 
 
 @dataclass(frozen=True)

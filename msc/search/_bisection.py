@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from msc._arrays import to_floats
+from msc._checks import to_floats
 from msc._parallel import call_in_order
 from msc.data import find_jumps
 from msc.robot import Workspace

@@ -16,12 +16,10 @@ from msc.search._policy import SearchResult
 from press import locked
 
 CODE = (
-    "_arrays",
-    "robot/_geometry",
+    "_checks",
     "robot/_workspace",
     "robot/_dmp",
     "robot/_kinematics",
-    "robot/_dynamics",
     "robot/_control",
     "robot/_bullet",
     "robot/_arm",

@@ -15,6 +15,14 @@ if TYPE_CHECKING:
         take_evenly,
         task_density,
     )
+    from msc.study._selection import (
+        average_gates,
+        choose_criterion,
+        compare_clusterers,
+        compare_gates,
+        measure_elbows,
+        most_picked,
+    )
     from msc.study._study import (
         WORLDS,
         format_study,

@@ -14,15 +14,8 @@ from sklearn.dummy import DummyRegressor
 from sklearn.neighbors import KNeighborsRegressor
 from sklearn.utils.validation import check_is_fitted, has_fit_parameter
 
-from msc.learn import (
-    SMCE,
-    CrKR,
-    ParameterizedSkill,
-    gaussian_process,
-    validate_cost,
-    validate_pairs,
-    validate_points,
-)
+from msc._checks import validate_cost, validate_pairs, validate_points
+from msc.learn import SMCE, CrKR, ParameterizedSkill, gaussian_process
 
 N_CHARTS = 4  # as the paper has in both workspaces
 COMMON = (

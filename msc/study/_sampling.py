@@ -7,7 +7,7 @@ from math import comb
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from msc._arrays import to_floats
+from msc._checks import to_floats
 
 DESIGNS = ("even", "uniform", "nonuniform")
 

@@ -52,10 +52,11 @@ from numpy.typing import NDArray
 
 from msc._parallel import call_in_order
 from msc.data import describe_origin, find_data, load_dataset
-from msc.learn import SMCE, average_gates, compare_gates, measure_elbows
+from msc.learn import SMCE
 from msc.study._methods import N_CHARTS
 from msc.study._profiles import PROFILES, Profile, list_groups
 from msc.study._sampling import draw_samples, task_density
+from msc.study._selection import average_gates, compare_gates, measure_elbows
 from msc.study._summaries import Errors, measure_errors, summarise_trials
 from msc.study._trial import Trial
 
@@ -154,8 +155,8 @@ def run_elbows(
     Returns
     -------
     dict
-        What `msc.learn.measure_elbows` found, what it rests on, and under
-        ``"gates"`` what `msc.learn.average_gates` gave, on the evenly spaced sets of
+        What `msc.study.measure_elbows` found, what it rests on, and under
+        ``"gates"`` what `msc.study.average_gates` gave, on the evenly spaced sets of
         the sweep.
 
     Raises

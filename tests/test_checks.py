@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from msc import Arm, Workspace, find_jumps, search_policy
-from msc._arrays import check_number, to_floats
+from msc._checks import check_number, to_floats
 from msc.data import step_sizes
 from msc.robot import (
     Circle,

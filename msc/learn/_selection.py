@@ -1,7 +1,7 @@
-"""The number of charts: what "the elbow" may mean.
+"""The number of charts: criteria of what "the elbow" may mean.
 
 The paper reads the number of charts from an elbow and does not say of which curve. Here
-are the readings that can be defended, each a curve over the number of charts and a rule
+are the criteria that can be defended, each a curve over the number of charts and a rule
 that picks one.
 """
 
@@ -14,14 +14,13 @@ from numpy.typing import ArrayLike, NDArray
 from sklearn.cluster import KMeans
 from sklearn.model_selection import KFold
 from sklearn.neighbors import KNeighborsClassifier
-from sklearn.utils import check_X_y
 
+from msc._checks import check_whole, validate_sample
 from msc.learn._gaussian import gaussian_process
 from msc.learn._smce import SMCE
 from msc.learn._spectral import (
     cluster_each,
     elbow,
-    knee,
     laplacian_eigen,
     within_cluster_ss,
 )
@@ -29,14 +28,14 @@ from msc.learn._spectral import (
 Array = NDArray[np.float64]
 Charts = NDArray[np.intp]
 
-READINGS = {
+SELECTION_CRITERIA = {
     "rows_of_m": "rows of M, k-means",
     "squares": "squares within charts, chord",
     "squares_knee": "squares within charts, knee",
     "eigengap": "eigengap",
     "cross_validation": "cross-validated error",
 }
-"""The readings and what they are called, those nearest the paper's words first."""
+"""The criteria and what they are called, those nearest the paper's words first."""
 
 
 def read_elbows(
@@ -47,7 +46,7 @@ def read_elbows(
     n_folds: int = 5,
     seed: int = 0,
 ) -> dict[str, dict[str, Any]]:
-    """Read the elbow in every way.
+    """Read the elbow by every criterion.
 
     Parameters
     ----------
@@ -65,8 +64,8 @@ def read_elbows(
     Returns
     -------
     dict
-        By the names of `READINGS`: ``"curve"``, a list over 1, 2, … charts, and
-        ``"picked"``, a number of them.
+        By the names of `SELECTION_CRITERIA`: ``"curve"``, a list over 1, 2, … charts,
+        and ``"picked"``, a number of them.
 
     Raises
     ------
@@ -92,11 +91,12 @@ def read_elbows(
     --------
     >>> tasks = np.linspace(0, 6, 40)[:, np.newaxis]
     >>> policies = np.c_[np.sin(tasks), np.cos(tasks)] + 9 * (tasks > 3)
-    >>> readings = read_elbows(tasks, policies, max_charts=6)
-    >>> readings["squares"]["picked"]
+    >>> read_elbows(tasks, policies, max_charts=6)["squares"]["picked"]
     2
     """
-    X, y = check_data(tasks, policies, max_charts=max_charts, n_folds=n_folds)
+    check_whole("max_charts", max_charts, 1)
+    check_whole("n_folds", n_folds, 2)
+    X, y = validate_sample(tasks, policies)
     folds = list(KFold(min(n_folds, len(X)), shuffle=True, random_state=seed).split(X))
     n_counts = min(max_charts, *(len(train) for train, _ in folds))
     affinity, values, charts = _cut(y, n_counts, seed)
@@ -124,43 +124,6 @@ def read_elbows(
     }
 
 
-def check_data(
-    tasks: ArrayLike, policies: ArrayLike, **least: int
-) -> tuple[Array, Array]:
-    """Refuse what no elbow can be read of.
-
-    Parameters
-    ----------
-    tasks : array-like of shape (n_tasks, n_task_params)
-        Tasks, in radians.
-    policies : array-like of shape (n_tasks, n_params)
-        Their policies.
-    **least : int
-        Numbers that must be positive integers, `n_folds` at least 2.
-
-    Returns
-    -------
-    tasks, policies : ndarray
-        The same as floats.
-
-    Raises
-    ------
-    ValueError
-        If the data are not finite, of different lengths or fewer than three, or a
-        number is too small.
-    """
-    for name, number in least.items():
-        lowest = 2 if name == "n_folds" else 1
-        if not isinstance(number, int | np.integer) or number < lowest:
-            raise ValueError(
-                f"{name}={number!r} must be an integer of {lowest} or more"
-            )
-    X, y = check_X_y(
-        tasks, policies, dtype=np.float64, multi_output=True, ensure_min_samples=3
-    )
-    return X, y.astype(np.float64).reshape(len(X), -1)
-
-
 def _cut(policies: Array, n_counts: int, seed: int) -> tuple[Any, Array, list[Charts]]:
     """Return affinity, eigenvalues, and the charts for 1 to n_counts of them."""
     affinity = SMCE(1, max_clusters=1).fit(policies).affinity_matrix_
@@ -185,3 +148,50 @@ def _fold_errors(
             predicted[asked == chart] = regressor.predict(here).reshape(len(here), -1)
         errors.append(float(((predicted - y[test]) ** 2).mean()))
     return errors
+
+
+def knee(curve: ArrayLike) -> int:
+    """Find the first knee of a falling curve that stands out.
+
+    Parameters
+    ----------
+    curve : array-like of shape (n_counts,)
+        A value for each count 1, 2, …
+
+    Returns
+    -------
+    int
+        The count at the knee, 1 if there is none.
+
+    Notes
+    -----
+    Both axes are scaled to [0, 1]. A knee is a local maximum of the distance below the
+    chord, if that falls by more than one step along the first axis (a sensitivity of 1)
+    before it rises again [1]_. `elbow` takes the greatest instead of the first.
+
+    References
+    ----------
+    .. [1] V. Satopää, J. Albrecht, D. Irwin and B. Raghavan, "Finding a 'Kneedle' in a
+       Haystack", ICDCS Workshops 2011.
+
+    Examples
+    --------
+    >>> knee([9.0, 4.0, 1.0, 0.9, 0.8])
+    3
+    >>> knee([4.0, 3.0, 2.0, 1.0])
+    1
+    """
+    values = np.asarray(curve, dtype=float)
+    if len(values) < 3 or np.ptp(values) == 0:
+        return 1
+    heights = (values.max() - values) / np.ptp(values)
+    below = heights - np.linspace(0, 1, len(values))
+    place, threshold = 0, -np.inf
+    for i in range(1, len(below) - 1):
+        if below[i] >= max(below[i - 1], below[i + 1]) and below[i] > 0:
+            place, threshold = i, below[i] - 1 / (len(below) - 1)
+        elif below[i] <= min(below[i - 1], below[i + 1]):
+            threshold = -np.inf
+        if below[i + 1] < threshold:
+            return place + 1
+    return 1

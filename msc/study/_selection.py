@@ -1,0 +1,333 @@
+"""What the study measures of the choices inside a skill: how many charts, which gate.
+
+How firmly each criterion picks a number of charts, when it is asked again on parts of
+the data; from this follows the default one, without a look at any regression. What
+tells a task's chart best, inside the training set. How well clusterers find the pieces
+that jumps leave of the policies.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from functools import partial
+from itertools import groupby
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from numpy.typing import ArrayLike
+from sklearn.cluster import AgglomerativeClustering, KMeans
+from sklearn.dummy import DummyClassifier, DummyRegressor
+from sklearn.metrics import adjusted_rand_score
+from sklearn.model_selection import KFold
+
+from msc._checks import check_whole, to_floats, validate_sample
+from msc._parallel import call_in_order
+from msc.learn import (
+    GATES,
+    SELECTION_CRITERIA,
+    SMCE,
+    ParameterizedSkill,
+    read_elbows,
+    seeded_clone,
+)
+
+FROM_POLICIES = tuple(name for name in SELECTION_CRITERIA if name != "cross_validation")
+"""The criteria that need nothing but the policies."""
+
+
+def measure_elbows(
+    tasks: ArrayLike,
+    policies: ArrayLike,
+    *,
+    n_resamples: int = 50,
+    share: float = 0.8,
+    max_charts: int = 10,
+    seed: int = 0,
+    jobs: int = 1,
+    progress: bool = False,
+) -> dict[str, Any]:
+    """Read the elbow by every criterion, and again on many parts of the data.
+
+    Parameters
+    ----------
+    tasks : array-like of shape (n_tasks, n_task_params)
+        Tasks, in radians.
+    policies : array-like of shape (n_tasks, n_params)
+        Their policies.
+    n_resamples : int, default=50
+        How many parts, drawn at random without replacement.
+    share : float, default=0.8
+        Share of the tasks in a part.
+    max_charts : int, default=10
+        Largest number of charts.
+    seed : int, default=0
+        Seed of all that is random.
+    jobs : int, default=1
+        Worker processes; the result does not depend on them.
+    progress : bool, default=False
+        Whether to show a progress bar on standard error.
+
+    Returns
+    -------
+    dict
+        Fit for JSON: what was asked for, and under ``"readings"``, by the names of
+        `SELECTION_CRITERIA`, ``"curve"`` and ``"picked"`` of all tasks and
+        ``"resampled"``, on how many parts each number was picked.
+
+    Raises
+    ------
+    ValueError
+        If the data are not finite or too few, or a number is out of range.
+    """
+    check_whole("max_charts", max_charts, 1)
+    check_whole("n_resamples", n_resamples, 1)
+    X, y = validate_sample(tasks, policies)
+    size = round(share * len(X)) if 0 < share <= 1 else 0  # NaN is neither
+    if not 3 <= size <= len(X):
+        raise ValueError(
+            f"share={share!r} of {len(X)} tasks must be from 3 to all of them"
+        )
+    rng = np.random.default_rng(seed)
+    parts = [np.arange(len(X))]
+    parts += [np.sort(rng.permutation(len(X))[:size]) for _ in range(n_resamples)]
+    whole, *resampled = call_in_order(
+        partial(read_elbows, max_charts=max_charts, seed=seed),
+        [(X[part], y[part]) for part in parts],
+        jobs=jobs,
+        label="elbows",
+        progress=progress,
+    )
+    return {
+        "n_samples": len(X),
+        "n_resamples": n_resamples,
+        "share": share,
+        "max_charts": max_charts,
+        "seed": seed,
+        "readings": {
+            name: {**whole[name], "resampled": _count(resampled, name)}
+            for name in SELECTION_CRITERIA
+        },
+    }
+
+
+def choose_criterion(*measured: Mapping[str, Any]) -> str:
+    """Choose the default criterion, without a look at any regression.
+
+    It must need nothing but the policies, be defined for any number of them, and pick
+    the same number most often over the parts of the data, on the average over the
+    workspaces. The last number considered is no elbow and does not count. One chart
+    does: all criteria can answer it, and a knee that always says so is firm. Ties go to
+    the criterion nearest the paper's words.
+
+    Parameters
+    ----------
+    *measured : dict
+        What `measure_elbows` returned, one a workspace.
+
+    Returns
+    -------
+    str
+        A name of `SELECTION_CRITERIA`.
+    """
+    means = {
+        name: np.mean([most_picked(one, name)[1] for one in measured])
+        for name in FROM_POLICIES
+    }
+    return max(means, key=lambda name: means[name])  # the first of equals
+
+
+def most_picked(measured: Mapping[str, Any], name: str) -> tuple[int, float]:
+    """Tell which number of charts a criterion picked most often.
+
+    Parameters
+    ----------
+    measured : dict
+        What `measure_elbows` returned.
+    name : str
+        A name of `SELECTION_CRITERIA`.
+
+    Returns
+    -------
+    charts : int
+        The number, the last one considered excepted; 0 if there is no other.
+    share : float
+        On what share of the parts it was picked; never NaN, there is a part at least.
+
+    Examples
+    --------
+    >>> reading = {"curve": [3, 2, 1], "resampled": {"2": 2, "3": 4}}
+    >>> most_picked({"readings": {"eigengap": reading}}, "eigengap")
+    (2, 0.3333333333333333)
+    """
+    reading = measured["readings"][name]
+    times = {int(count): number for count, number in reading["resampled"].items()}
+    inside = {k: v for k, v in times.items() if k < len(reading["curve"])} or {0: 0}
+    best = max(inside, key=lambda count: inside[count])
+    return best, inside[best] / sum(times.values())
+
+
+def compare_gates(
+    X: Any, y: Any, *, charts: Any = "smce", n_splits: int = 10, seed: int = 0
+) -> dict[str, Any]:
+    """Cross-validate every gate on the training tasks and the charts found among them.
+
+    Parameters
+    ----------
+    X : array-like of shape (n_tasks, n_task_params)
+        Training tasks, in radians.
+    y : array-like of shape (n_tasks, n_params)
+        Their policies, among which the charts are found, once.
+    charts : "smce" or clusterer, default="smce"
+        Finds the charts, as for `ParameterizedSkill`.
+    n_splits : int, default=10
+        Folds, drawn at random; clipped to the number of tasks.
+    seed : int, default=0
+        Seed of the clustering and of the folds.
+
+    Returns
+    -------
+    dict
+        Fit for JSON: ``"n_samples"``, ``"n_charts"``, and under ``"accuracy"`` by the
+        gate's name the share of held-out tasks whose chart it tells. ``"best"`` names
+        the most accurate; ties go to the simplest, the first.
+
+    Raises
+    ------
+    ValueError
+        If the data are not as wanted, or there are fewer than two folds.
+
+    Notes
+    -----
+    A fold whose training part has one chart left is answered by that chart.
+
+    Examples
+    --------
+    >>> from sklearn.cluster import KMeans
+    >>> tasks = np.linspace(0, 6, 40)[:, np.newaxis]
+    >>> policies = np.c_[np.sin(tasks), np.cos(tasks)] + 9 * (tasks > 3)
+    >>> compare_gates(tasks, policies, charts=KMeans(2))["accuracy"]["nearest"]
+    0.95
+    """
+    check_whole("n_splits", n_splits, 2)
+    skill = ParameterizedSkill(charts, regressor=DummyRegressor(), random_state=seed)
+    labels = skill.fit(X, y).charts_
+    tasks = np.asarray(X, dtype=np.float64)
+    folds = KFold(min(n_splits, len(tasks)), shuffle=True, random_state=seed)
+    right = {name: np.empty(len(tasks), dtype=bool) for name in GATES}
+    for train, test in folds.split(tasks):
+        is_trivial = len(np.unique(labels[train])) == 1
+        for name, build in GATES.items():
+            gate = DummyClassifier() if is_trivial else seeded_clone(build(), seed)
+            found = gate.fit(tasks[train], labels[train]).predict(tasks[test])
+            right[name][test] = found == labels[test]
+    accuracy = {name: float(share.mean()) for name, share in right.items()}
+    return {
+        "n_samples": len(tasks),
+        "n_charts": skill.n_charts_,
+        "accuracy": accuracy,
+        "best": max(accuracy, key=lambda name: accuracy[name]),
+    }
+
+
+def average_gates(compared: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Average the gates' accuracy over training sets of the same size.
+
+    Parameters
+    ----------
+    compared : iterable of dict
+        What `compare_gates` returned, sets of one size after one another.
+
+    Returns
+    -------
+    list of dict
+        One a size: ``"n_samples"``, ``"n_charts"``, ``"repetitions"``, the mean
+        ``"accuracy"`` of each gate, and how often each was ``"best"``.
+
+    Examples
+    --------
+    >>> found = {"n_samples": 9, "n_charts": 2, "best": "svm"}
+    >>> found["accuracy"] = {"nearest": 0.5, "svm": 0.75}
+    >>> average_gates([found, found])[0]["best"]
+    {'nearest': 0, 'svm': 2}
+    """
+    averages = []
+    for n_samples, group in groupby(compared, key=lambda one: one["n_samples"]):
+        sets = list(group)
+        names = list(sets[0]["accuracy"])
+        averages.append(
+            {
+                "n_samples": n_samples,
+                "n_charts": sets[0]["n_charts"],
+                "repetitions": len(sets),
+                "accuracy": {
+                    name: float(np.mean([one["accuracy"][name] for one in sets]))
+                    for name in names
+                },
+                "best": {
+                    name: sum(one["best"] == name for one in sets) for name in names
+                },
+            }
+        )
+    return averages
+
+
+def compare_clusterers(
+    policies: ArrayLike,
+    jumps: ArrayLike,
+    counts: Sequence[int] = (4, 6),
+    *,
+    seed: int = 0,
+) -> pd.DataFrame:
+    """Cluster policies in several ways and hold the clusters against their jumps.
+
+    Parameters
+    ----------
+    policies : array_like of shape (n_tasks, n_params)
+        Policies, in the order of their tasks.
+    jumps : array_like of int
+        Indices i for which the step from policy i to the next is a jump.
+    counts : sequence of int, default=(4, 6)
+        Numbers of clusters asked for.
+    seed : int, default=0
+        Seed of SMCE and of k-means.
+
+    Returns
+    -------
+    DataFrame
+        One row a number and clusterer: how many jumps lie between two clusters, of how
+        many steps that do, and the adjusted Rand index of the clusters and the pieces
+        between jumps (1: the same, 0: no more alike than by chance).
+
+    Examples
+    --------
+    >>> policies = [[0.0], [0.1], [0.2], [5.0], [5.1], [9.0]]
+    >>> table = compare_clusterers(policies, [2, 4], [3])
+    >>> table.loc[(3, "k-means")].tolist()
+    [2.0, 2.0, 1.0]
+    """
+    points, at = to_floats("policies", policies), np.asarray(jumps, dtype=int)
+    pieces = np.searchsorted(at, np.arange(len(points)))
+    rows = {}
+    for count in counts:
+        ways: dict[str, Any] = {
+            "SMCE": SMCE(count, random_state=seed),
+            "k-means": KMeans(count, n_init=10, random_state=seed),
+            "single linkage": AgglomerativeClustering(count, linkage="single"),
+        }
+        for name, clusterer in ways.items():
+            labels = clusterer.fit_predict(points)
+            borders = np.flatnonzero(np.diff(labels))
+            agreement = adjusted_rand_score(pieces, labels)
+            rows[count, name] = np.isin(at, borders).sum(), len(borders), agreement
+    columns = [f"of {len(at)} jumps, at a border", "borders", "adjusted Rand index"]
+    table = pd.DataFrame.from_dict(rows, orient="index", columns=columns)
+    table.index = pd.MultiIndex.from_tuples(table.index, names=["charts", "found by"])
+    return table
+
+
+def _count(resampled: list[dict[str, Any]], name: str) -> dict[str, int]:
+    """Count how often each number was picked, the smallest number first."""
+    picked = Counter(readings[name]["picked"] for readings in resampled)
+    return {str(count): picked[count] for count in sorted(picked)}

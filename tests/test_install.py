@@ -1,0 +1,124 @@
+"""The package as others install it: the built wheel, with its base requirements."""
+
+import shutil
+import subprocess
+import sys
+import sysconfig
+import tomllib
+import venv
+import zipfile
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
+
+# Everybody gets these; what comes later is an extra, and its absence a sentence.
+BASE = ["cma", "cvxpy", "imageio-ffmpeg", "joblib", "matplotlib", "numpy", "pandas"]
+BASE += ["papermill", "pillow", "pybullet", "pyyaml", "scikit-learn", "scipy"]
+BASE += ["threadpoolctl", "tqdm"]
+EXTRAS = {"cluster", "mujoco"}
+
+# A skill from a table, and the arm that executes it, without what is no base package.
+USE = """
+import importlib.abc, sys
+import numpy as np
+
+class Missing(importlib.abc.MetaPathFinder):
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] in ("distributed", "mujoco", "sphinx", "jupyterlab"):
+            raise ModuleNotFoundError(f"No module named {name!r}", name=name)
+
+sys.meta_path.insert(0, Missing())
+import msc, press
+from msc import Arm, ParameterizedSkill, Workspace, load_dataset
+
+tasks, policies, table = load_dataset("obstacles")
+skill = ParameterizedSkill(random_state=0).fit(tasks[::20], policies[::20])
+with Arm(Workspace.obstacles()) as arm:
+    rollout = arm.execute(skill.predict(np.deg2rad([[123.0]]))[0], task_deg=123.0)
+print(msc.__file__, press.__file__, rollout.error, sep="\\n")
+"""
+
+
+def name_of(requirement):
+    return requirement.partition(">")[0].partition("=")[0].strip()
+
+
+def test_the_base_install_is_what_it_was():
+    assert [name_of(one) for one in PROJECT["dependencies"]] == BASE
+
+
+def test_all_else_is_an_extra():
+    assert set(PROJECT["optional-dependencies"]) == EXTRAS
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory):
+    source, folder = tmp_path_factory.mktemp("source"), tmp_path_factory.mktemp("wheel")
+    for package in ("msc", "press"):
+        ignore = shutil.ignore_patterns("__pycache__")
+        shutil.copytree(ROOT / package, source / package, ignore=ignore)
+    for file in ("pyproject.toml", "README.md", "LICENSE"):
+        shutil.copy(ROOT / file, source)
+    build = "pip wheel --no-deps --quiet --disable-pip-version-check --wheel-dir"
+    made = subprocess.run(
+        [sys.executable, "-m", *build.split(), folder, source],
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    if "No matching distribution found for setuptools" in made.stderr:
+        pytest.skip("building a wheel needs setuptools, from a package index")
+    assert made.returncode == 0, made.stderr
+    (file,) = folder.iterdir()
+    return file
+
+
+@pytest.fixture(scope="module")
+def fresh(wheel, tmp_path_factory):
+    """An environment with the wheel and, beside it, the packages of the lock."""
+    folder = tmp_path_factory.mktemp("fresh")
+    venv.create(folder, symlinks=True)
+    python = folder / "bin" / "python"
+    pip = [sys.executable, "-m", "pip", "--disable-pip-version-check"]
+    install = "install --quiet --no-deps --no-index"
+    subprocess.run([*pip, "--python", python, *install.split(), wheel], check=True)
+    (site,) = folder.glob("lib/*/site-packages")
+    locked = sysconfig.get_path("purelib")  # its own .pth files do not count there
+    (site / "locked.pth").write_text(f"{locked}\n", "utf-8")
+    return python
+
+
+def test_the_wheel_holds_what_the_packages_hold(wheel):
+    kept = {
+        path.relative_to(ROOT).as_posix()
+        for package in ("msc", "press")
+        for path in (ROOT / package).rglob("*")
+        if path.suffix in (".py", ".js", ".css")
+    }
+    inside = {
+        name for name in zipfile.ZipFile(wheel).namelist() if ".dist-info/" not in name
+    }
+    assert inside == kept
+
+
+def test_the_wheel_alone_fits_a_skill_and_runs_an_arm(fresh):
+    run = subprocess.run(
+        [fresh, "-c", USE],
+        cwd=ROOT / "data",
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert run.returncode == 0, run.stderr
+    *places, error = run.stdout.split()
+    assert all(place.startswith(str(fresh.parents[1])) for place in places)
+    assert 0 < float(error) < 0.5
+
+
+def test_the_command_line_of_the_wheel_tells_its_commands(fresh):
+    help_ = [fresh.with_name("msc"), "--help"]
+    told = subprocess.run(help_, capture_output=True, text=True, check=True).stdout
+    assert all(f"\n    {name} " in told for name in ("search", "evaluate", "book"))
