@@ -249,7 +249,9 @@ def solve_qps(columns: Array, penalty: Array) -> Array:
             )
             residuals = dual_residual[go], primal_residual[go]
             newton = _newton(x, s, residuals, gram, floor)
-            affine_x, affine_s, _ = newton(-x * s)  # alg. 16.4: the predictor, sigma = 0
+            affine_x, affine_s, _ = newton(
+                -x * s
+            )  # alg. 16.4: the predictor, sigma = 0
             ahead_x = x + _longest(x, affine_x) * affine_x
             ahead_s = s + _longest(s, affine_s) * affine_s
             sigma = (_dot(ahead_x, ahead_s) / gap) ** 3

@@ -54,8 +54,6 @@ if TYPE_CHECKING:
         plot_affinity,
         plot_clusterings,
         plot_reconstruction,
-    )
-    from msc.plots._graph_slider import (
         slide_charts,
         slide_regularization,
     )
