@@ -26,7 +26,7 @@ from msc import Workspace
 from msc.plots import growth_table, learner_table, rollout_table, smce_table, task_table
 from press import write_json
 
-RESULTS = Path(__file__).with_name("results.json")
+RESULTS = Path(__file__).parents[1] / "data" / "results" / "bench.json"
 PACKAGES = (
     "numpy",
     "scipy",

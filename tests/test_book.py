@@ -90,7 +90,7 @@ CLAIM = """
   section: IV-A
   chapter: one
   measured: {file: data/results/audit.json}
-  readings:
+  interpretations:
     the circle cut open: {jumps: besides the cut, equals: 0, by_construction: We cut.}
     the circle closed: {jumps: on the circle, equals: 0, unit: jumps}
   margin: One is too many.

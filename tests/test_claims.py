@@ -10,7 +10,7 @@ from imagined import imagine
 
 from msc.claims import judge_all, load_claims, summarise, write_claims
 from msc.claims._judge import read_results
-from msc.claims._page import readings_markdown, table_markdown
+from msc.claims._page import sections_markdown, table_markdown
 from msc.claims._verdicts import SYMBOLS, judge
 from msc.cli import main
 from press import checksum
@@ -51,7 +51,7 @@ CLAIM = {
     "section": "IV",
     "chapter": "fig3_free_24",
     "measured": MEASURED,
-    "readings": {"gate learned": BELOW},
+    "interpretations": {"gate learned": BELOW},
     "margin": "Half is half.",
 }
 
@@ -95,10 +95,10 @@ def claims_of(tmp_path, **changes):
 
 @pytest.fixture
 def verdict_on(tmp_path):
-    """Return a function that judges readings of a study."""
+    """Return a function that judges interpretations of a study."""
 
-    def verdict_on(readings, results, **changes):
-        [claim] = claims_of(tmp_path, readings=readings, **changes)
+    def verdict_on(interpretations, results, **changes):
+        [claim] = claims_of(tmp_path, interpretations=interpretations, **changes)
         files = results if STUDY in results else {STUDY: results}
         return judge(claim, files)
 
@@ -125,10 +125,10 @@ def verdict_on(tmp_path):
 )
 def test_the_whole_interval_decides(predicate, low, high, verdict, verdict_on):
     value = (low + high) / 2
-    readings = {"gate learned": {"ratio": "mse"} | predicate}
-    found = verdict_on(readings, study(mse={24: (value, low, high)}))
+    interpretations = {"gate learned": {"ratio": "mse"} | predicate}
+    found = verdict_on(interpretations, study(mse={24: (value, low, high)}))
     assert found.verdict == verdict
-    assert found.readings[0].effect.bounds == (low, high)
+    assert found.findings[0].estimate.bounds == (low, high)
     assert found.sentence.endswith(f": {verdict}")
     assert f"{low:g}, {high:g}] × single" in found.sentence
 
@@ -149,8 +149,8 @@ def test_counts_decide_by_themselves(predicate, n_jumps, verdict, verdict_on):
     jumps += [{"between_deg": [90, 91], "is_jump": False}]
     jumps += [{"between_deg": [359, 360], "is_jump": True}]
     audit = {"jumps": jumps}
-    readings = {"cut": {"jumps": "besides the cut"} | predicate}
-    assert verdict_on(readings, audit).verdict == verdict
+    interpretations = {"cut": {"jumps": "besides the cut"} | predicate}
+    assert verdict_on(interpretations, audit).verdict == verdict
     closed = {"closed": {"jumps": "on the circle", "equals": n_jumps + 1}}
     assert verdict_on(closed, audit).verdict == "reproduced"
 
@@ -170,14 +170,14 @@ LOW, HIGH, OPEN = (0.5, 0.4, 0.6), (2.0, 1.5, 3.0), (1.0, 0.5, 2.0)
         (OPEN, OPEN, "undecided"),
     ],
 )
-def test_readings_are_joined(first, second, verdict, verdict_on):
-    readings = {"one": BELOW, "two": BELOW | {"ratio": "mse, known"}}
+def test_interpretations_are_joined(first, second, verdict, verdict_on):
+    interpretations = {"one": BELOW, "two": BELOW | {"ratio": "mse, known"}}
     found = verdict_on(
-        readings, study(**{"mse": {24: first}, "mse, known": {24: second}})
+        interpretations, study(**{"mse": {24: first}, "mse, known": {24: second}})
     )
     assert found.verdict == verdict
-    assert found.readings[0].effect.value == first[0]
-    assert all(name in found.sentence for name in readings)
+    assert found.findings[0].estimate.value == first[0]
+    assert all(name in found.sentence for name in interpretations)
 
 
 def test_what_the_design_makes_true_is_no_evidence(verdict_on):
@@ -198,7 +198,7 @@ def test_what_cannot_be_tested_says_why_and_does_not_count(verdict_on):
     found = verdict_on(never, study(mse={24: LOW}))
     assert found.verdict == "cannot be tested"
     assert found.sentence.startswith("Their data are not public.")
-    assert found.readings[0].effect is None
+    assert found.findings[0].estimate is None
     both = verdict_on({**never, "ours": BELOW}, study(mse={24: LOW}))
     assert both.verdict == "reproduced"
 
@@ -220,7 +220,7 @@ def test_a_claim_about_every_size_must_hold_at_each(triples, verdict, verdict_on
     found = verdict_on(EVERY, study(mse=triples))
     assert found.verdict == verdict
     worst = max(triples, key=lambda size: triples[size][0])
-    assert found.readings[0].effect.label == f"n = {worst}"
+    assert found.findings[0].estimate.label == f"n = {worst}"
     n_low = sum(triple == LOW for triple in triples.values())
     assert f"{n_low} of 3 as claimed" in found.sentence
     assert (", 1 refuted" in found.sentence) == (verdict == "not reproduced")
@@ -248,28 +248,28 @@ def test_numbers_from_two_files_are_combined(verdict_on):
     one = {"ratio": "mse", "n_samples": "all", "average": True}
     sides = {"top": one | {"file": OTHER}, "bottom": one}
     found = verdict_on({"gap": {"quotient": sides, "above": 1}}, results)
-    assert found.readings[0].effect.value == pytest.approx(2)
-    assert found.readings[0].effect.bounds == pytest.approx((2**0.5, 8**0.5))
+    assert found.findings[0].estimate.value == pytest.approx(2)
+    assert found.findings[0].estimate.bounds == pytest.approx((2**0.5, 8**0.5))
     means = {"mean": "mse", "method": "charts"}
     sides = {"plus": means | {"file": OTHER}, "minus": means}
     found = verdict_on({"gap": {"difference": sides, "above": 5}}, results)
-    assert found.readings[0].effect.bounds == (4.0, 7.0)
+    assert found.findings[0].estimate.bounds == (4.0, 7.0)
     every = {
         "top": means | {"n_samples": [24, 50]},
         "bottom": means | {"n_samples": 50},
     }
     found = verdict_on({"stable": {"quotient": every, "below": 5}}, results)
-    assert found.readings[0].effect.label == "n = 24"
-    assert found.readings[0].effect.bounds == (1.0, 4.0)
+    assert found.findings[0].estimate.label == "n = 24"
+    assert found.findings[0].estimate.bounds == (1.0, 4.0)
 
 
 def test_the_elbow_must_pick_four_mostly(verdict_on):
     elbow = {"readings": {"squares": {"picked": 4, "resampled": {"4": 40, "5": 10}}}}
     share = {"picked_share": "squares", "count": 4, "above": 0.5}
-    readings = {"pick": {"picked": "squares", "equals": 4}, "share": share}
-    found = verdict_on(readings, elbow)
+    interpretations = {"pick": {"picked": "squares", "equals": 4}, "share": share}
+    found = verdict_on(interpretations, elbow)
     assert found.verdict == "reproduced"
-    low, high = found.readings[1].effect.bounds
+    low, high = found.findings[1].estimate.bounds
     assert 0.6 < low < 0.8 < high < 0.9
     assert (
         verdict_on({"share": share | {"count": 5}}, elbow).verdict == "not reproduced"
@@ -286,13 +286,13 @@ def test_times_are_joined_over_their_range(verdict_on):
         },
     }
     sides = {"top": {"seconds": "search"}, "bottom": {"seconds": "prediction"}}
-    readings = {"time": {"quotient": sides, "world": "free", "above": 100}}
-    found = verdict_on(readings, costs)
-    assert found.readings[0].effect.bounds == pytest.approx((400, 600))
+    interpretations = {"time": {"quotient": sides, "world": "free", "above": 100}}
+    found = verdict_on(interpretations, costs)
+    assert found.findings[0].estimate.bounds == pytest.approx((400, 600))
 
 
-def reading(**changes):
-    return {"readings": {"gate learned": BELOW | changes}}
+def interpretation(**changes):
+    return {"interpretations": {"gate learned": BELOW | changes}}
 
 
 @pytest.mark.parametrize(
@@ -302,25 +302,47 @@ def reading(**changes):
         ({"id": None}, r"claim 'number 1', id: missing"),
         ({"title": "x"}, r"claim 'lower', title: unknown"),
         ({"section": 4}, r"claim 'lower', section: 4; wanted text"),
-        ({"readings": ["x"]}, r"claim 'lower', readings: \['x'\]; wanted a mapping"),
+        (
+            {"interpretations": ["x"]},
+            r"claim 'lower', interpretations: \['x'\]; wanted a mapping",
+        ),
         ({"quote": "word " * 41}, r"claim 'lower', quote: 41 words; wanted at most 40"),
         ({"measured": {"sise": 3}}, r"claim 'lower', measured: 'sise' unknown"),
-        (reading(above=1), r"'gate learned': predicates \['below', 'above'\]; wanted"),
-        (reading(below="1"), r"'gate learned': below: '1'; wanted a number"),
-        (reading(sise=3), r"'gate learned': sise: unknown"),
-        (reading(mean="mse"), r"kind: got \['ratio', 'mean'\]; wanted one of ratio"),
-        (reading(cannot_be_tested="x"), r"cannot_be_tested stands alone"),
-        ({"readings": {"gate": 3}}, r"readings: 'gate': wanted a mapping"),
-        ({"readings": {"a.b": BELOW}}, r"readings: 'a.b'; wanted a name without"),
+        (
+            interpretation(above=1),
+            r"'gate learned': predicates \['below', 'above'\]; wanted",
+        ),
+        (interpretation(below="1"), r"'gate learned': below: '1'; wanted a number"),
+        (interpretation(sise=3), r"'gate learned': sise: unknown"),
+        (
+            interpretation(mean="mse"),
+            r"quantity: got \['ratio', 'mean'\]; wanted one of ratio",
+        ),
+        (interpretation(cannot_be_tested="x"), r"cannot_be_tested stands alone"),
+        (
+            {"interpretations": {"gate": 3}},
+            r"interpretations: 'gate': wanted a mapping",
+        ),
+        (
+            {"interpretations": {"a.b": BELOW}},
+            r"interpretations: 'a.b'; wanted a name without",
+        ),
         (
             {"measured": {"file": STUDY, "design": "even", "n_samples": 24}},
-            r"readings: 'gate learned': baseline: missing, but ratio needs it",
+            r"interpretations: 'gate learned': baseline: missing, but ratio needs it",
         ),
         (
-            {"readings": {"gap": {"quotient": {"top": {"ratio": "mse"}}, "below": 1}}},
+            {
+                "interpretations": {
+                    "gap": {"quotient": {"top": {"ratio": "mse"}}, "below": 1}
+                }
+            },
             r"'gap': quotient: wanted two measurements, \('top', 'bottom'\)",
         ),
-        ({**reading(below=0.5), "margin": None}, r"claim 'lower', margin: missing"),
+        (
+            {**interpretation(below=0.5), "margin": None},
+            r"claim 'lower', margin: missing",
+        ),
         ({"why": "It fell by 20 %: {gate learned}."}, r"why: has a typed number"),
         ({"why": "See {gate}."}, r"why: \{gate\} unknown; wanted one of gate learned"),
         ({"support": {"mean": {"mean": "mse"}}}, r"support: 'mean': method: missing"),
@@ -419,7 +441,7 @@ def test_tables_link_each_claim_and_verdict(verdict_on):
         "[readings differ](claim-lower) |"
     )
     assert "| Charts err less. |" in table_markdown([found], set())
-    section = readings_markdown([found], {"fig3_free_24"})
+    section = sections_markdown([found], {"fig3_free_24"})
     assert section.count("| reading | measured | wanted | verdict |") == 1
     assert "Charts err less. [Its chapter](fig3_free_24).\n" in section
     assert section.startswith("(claim-lower)=\n### lower: ◇ by construction\n")
@@ -456,15 +478,15 @@ def test_quotations_are_short(claim):
 
 @pytest.mark.parametrize("claim", CLAIMS, ids=lambda claim: claim.id)
 def test_a_claim_can_come_out_either_way(claim):
-    built_in = any(reading.by_construction for reading in claim.readings)
+    built_in = any(one.by_construction for one in claim.interpretations)
     confirmed = judge(claim, imagine(right=True))
     assert confirmed.verdict == ("by construction" if built_in else "reproduced")
-    assert {one.verdict for one in confirmed.readings} <= {
+    assert {one.verdict for one in confirmed.findings} <= {
         "reproduced",
         confirmed.verdict,
     }
     refuted = judge(claim, imagine(right=False))
-    assert {one.verdict for one in refuted.readings} == {"not reproduced"}
+    assert {one.verdict for one in refuted.findings} == {"not reproduced"}
 
 
 @pytest.fixture(scope="module")

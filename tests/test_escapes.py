@@ -91,8 +91,8 @@ def make_odd(root):
     [claim] = yaml.safe_load(CLAIM)
     claim |= {"claim": ODD, "section": ODD, "margin": ODD, "quote": f"1. {EVIL} | *x*"}
     claim["why"] += EVIL.replace("1", "")
-    claim["readings"]["the circle cut open"]["by_construction"] = ODD
-    claim["readings"][f"{EVIL} | *x*"] = {"cannot_be_tested": ODD}
+    claim["interpretations"]["the circle cut open"]["by_construction"] = ODD
+    claim["interpretations"][f"{EVIL} | *x*"] = {"cannot_be_tested": ODD}
     (book / "claims.yml").write_text(yaml.safe_dump([claim]), "utf-8")
     results = root / "data" / "results"
     (results / "sums.json").write_text(json.dumps({"a": {"b": ODD}}), "utf-8")

@@ -6,8 +6,7 @@ from msc import Arm
 from msc.data import WEIGHTS, save_table
 from msc.data._tables import COLUMNS
 from msc.search import cost
-from msc.study import Experiment
-from msc.study._trial import READINGS
+from msc.study import TEST_SUBSETS, Experiment
 
 GRID, TEST = np.arange(0, 360, 15.0), np.array([5.0, 95.0, 170.0, 200.0, 292.0])
 METHODS = ["charts", "single regression", "CrKr", "nearest neighbour"]
@@ -93,10 +92,10 @@ def test_any_training_tasks_may_be_chosen(experiment):
 
 def test_the_same_seed_gives_the_same_numbers(experiment):
     again = Experiment("free", n_samples=12, n_charts=3)
-    for reading in READINGS:
+    for subset in TEST_SUBSETS:
         pd.testing.assert_frame_equal(
-            again.squared_errors(reading),
-            experiment.squared_errors(reading),
+            again.squared_errors(subset),
+            experiment.squared_errors(subset),
             check_exact=True,
         )
 
@@ -121,7 +120,7 @@ def test_a_known_chart_is_that_of_the_nearest_policy(experiment):
 
 
 def test_knowing_the_chart_concerns_the_charts_alone(experiment):
-    learned, known = (experiment.squared_errors(one) for one in READINGS[:2])
+    learned, known = (experiment.squared_errors(one) for one in TEST_SUBSETS[:2])
     pd.testing.assert_frame_equal(learned[METHODS[1:]], known[METHODS[1:]])
     predicted = experiment.methods["charts"].predict(
         experiment.test_tasks, chart=experiment.known_charts
@@ -166,10 +165,10 @@ def test_away_from_jumps_is_farther_than_training_tasks_lie_apart(experiment):
 def test_the_summary_averages_over_test_tasks(experiment):
     summary = experiment.mse_summary()
     assert list(summary.index) == METHODS
-    assert list(summary.columns) == list(READINGS)
-    for reading in READINGS:
-        errors = experiment.squared_errors(reading)
-        np.testing.assert_allclose(summary[reading], errors.mean())
+    assert list(summary.columns) == list(TEST_SUBSETS)
+    for subset in TEST_SUBSETS:
+        errors = experiment.squared_errors(subset)
+        np.testing.assert_allclose(summary[subset], errors.mean())
 
 
 # Execution
@@ -219,12 +218,12 @@ def test_execution_is_summarised_by_method(experiment):
 def test_comparisons_divide_the_means(experiment):
     means = experiment.mse_summary()["chart known"]
     found = experiment.compare_mse("chart known")
-    assert found.ratio == pytest.approx(means["charts"] / means["single regression"])
-    assert found.measure == "MSE, chart known"
+    assert found.value == pytest.approx(means["charts"] / means["single regression"])
+    assert found.label == "MSE, chart known"
     assert found.verdict == "lower"
     wide = experiment.executed_by_method("error_cm").mean()
     found = experiment.compare_executed("error_cm", baseline="zero policy")
-    assert found.ratio == pytest.approx(wide["charts"] / wide["zero policy"])
+    assert found.value == pytest.approx(wide["charts"] / wide["zero policy"])
 
 
 def test_the_full_profile_resamples_more():
@@ -259,6 +258,6 @@ def test_bad_arguments_are_named(arguments, complaint):
         )
 
 
-def test_an_unknown_reading_is_refused(experiment):
-    with pytest.raises(ValueError, match=r"reading='gates'; wanted one of"):
+def test_an_unknown_subset_is_refused(experiment):
+    with pytest.raises(ValueError, match=r"subset='gates'; wanted one of"):
         experiment.squared_errors("gates")

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from msc import SMCE, find_jumps, load_dataset
-from msc.claims import find_cell
 from msc.data import load_results
 from msc.plots import confirmed_jumps
+from msc.study import find_cell
 
 ROOT = Path(__file__).parents[1]
 SIZES = (8, 12, 16, 24, 36, 50, 72, 100, 180, 360)

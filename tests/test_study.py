@@ -11,7 +11,8 @@ from joblib.externals.loky import get_reusable_executor
 from msc.cli import main
 from msc.data import WEIGHTS, save_table
 from msc.data._tables import COLUMNS
-from msc.study import compare, draw_samples, format_study, run_study, task_density
+from msc.estimates import compare
+from msc.study import draw_samples, format_study, run_study, task_density
 from msc.study._methods import COMMON, METHODS
 from msc.study._profiles import PROFILES, Profile, list_groups
 from msc.study._sampling import DESIGNS
@@ -160,7 +161,7 @@ def test_its_origin_is_told(study, folder):
     assert set(origin["versions"]) == {"numpy", "scikit-learn", "cvxpy", "pybullet"}
 
 
-def test_a_reading_without_tasks_is_left_out(monkeypatch):
+def test_a_subset_without_tasks_is_left_out(monkeypatch):
     monkeypatch.setitem(PROFILES, "quick", LEAST)
     free = run_study("free")
     assert "mse, beside jumps" not in free["cells"][0]["measures"]
@@ -192,11 +193,11 @@ def trials(folder):
 
 def test_a_cell_says_what_its_trials_say(study, trials):
     cell, weights = find(study, "nonuniform", 8), task_density(np.deg2rad(TEST))
-    for name, reading in (
+    for name, subset in (
         ("mse, gate learned", "gate learned"),
         ("mse, chart known", "chart known"),
     ):
-        errors = np.array([trial.squared_errors(reading)["charts"] for trial in trials])
+        errors = np.array([trial.squared_errors(subset)["charts"] for trial in trials])
         means = np.average(errors, axis=1, weights=weights)
         found = cell["measures"][name]["charts"]
         np.testing.assert_allclose(found["per_repetition"], means, rtol=1e-5)
@@ -218,17 +219,17 @@ def test_its_ratios_are_those_of_compare(study, trials):
             spread=spread,
             n_resamples=100,
             seed=3,
-        )
+        ).stored("ratio")
         (found,) = (
             ratio
             for ratio in cell["ratios"]
             if (ratio["measure"], ratio["baseline"]) == (label, "CrKr")
         )
         for key in ("ratio", "low", "high"):
-            assert found[key] == pytest.approx(getattr(expected, key), rel=1e-5)
+            assert found[key] == pytest.approx(expected[key], rel=1e-5)
 
 
-def test_readings_pick_test_tasks(trials):
+def test_subsets_pick_test_tasks(trials):
     trial = trials[0]
     found = measure_errors(trial)
     away = found["mse, away from jumps"].index
@@ -245,9 +246,11 @@ def test_scatter_is_that_of_all_errors():
     rng = np.random.default_rng(0)
     values, weights = rng.exponential(size=(3, 40)), np.repeat([1.0, 2.0], 20)
     tasks = pd.Index(range(40))
-    trials = [{"error": pd.DataFrame({"charts": row}, index=tasks)} for row in values]
+    trials = [
+        {"error_cm": pd.DataFrame({"charts": row}, index=tasks)} for row in values
+    ]
     plain, weighted = (
-        summarise_trials(trials, w)["measures"]["error"]["charts"]
+        summarise_trials(trials, w)["measures"]["error_cm"]["charts"]
         for w in (None, pd.Series(weights, index=tasks))
     )
     for found, expected in (

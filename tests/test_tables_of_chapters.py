@@ -3,6 +3,7 @@ from dataclasses import replace
 import pytest
 
 from msc import load_dataset
+from msc.estimates import Estimate
 from msc.plots import (
     comparison_table,
     gate_shares,
@@ -13,7 +14,7 @@ from msc.plots import (
     sets_table,
 )
 from msc.plots._tables import compare_cells
-from msc.study import Comparison, draw_samples
+from msc.study import draw_samples
 
 BASELINES = {"single regression": 2.0, "CrKr": 1.0, "nearest neighbour": 0.5}
 
@@ -97,8 +98,8 @@ def test_kernels_are_compared_like_with_like_and_across():
 
 
 def test_comparisons_stand_below_one_another():
-    one = Comparison("MSE", "charts", "CrKr", 0.5, 0.4, 0.7)
-    table = comparison_table(one, replace(one, measure="error", high=1.5))
+    one = Estimate(0.5, 0.4, 0.7, "MSE", "CrKr")
+    table = comparison_table(one, replace(one, label="error", high=1.5))
     assert table.index.tolist() == ["MSE", "error"]
     assert table.iloc[:, -1].tolist() == [
         "●\N{NBSP}0.5 [0.4,\N{NBSP}0.7]",

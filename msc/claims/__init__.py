@@ -13,7 +13,6 @@ if TYPE_CHECKING:
         show_claims,
         summarise,
     )
-    from msc.claims._lookups import find_cell
     from msc.claims._page import (
         tally,
         with_summary,

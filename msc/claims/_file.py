@@ -1,6 +1,6 @@
 """The paper's claims as data: a YAML file, read and checked before anything is judged.
 
-A claim has one or several readings. Each says what is measured (see
+A claim has one or several interpretations. Each says what is measured (see
 `Measurement`) and, by one predicate, where that must lie for the claim to hold.
 """
 
@@ -20,16 +20,16 @@ from msc.claims._measured import Measurement, parse
 PREDICATES = ("below", "above", "equals", "at_least")
 N_WORDS = 40  # that a quotation may have
 
-_NEEDED = ("id", "claim", "quote", "section", "chapter", "readings")
+_NEEDED = ("id", "claim", "quote", "section", "chapter", "interpretations")
 _TEXTS = ("id", "claim", "quote", "section", "chapter", "margin", "why")
-_MAPPINGS = ("readings", "measured", "support")
-_OF_A_READING = {"unit", "by_construction", "cannot_be_tested", *PREDICATES}
+_MAPPINGS = ("interpretations", "measured", "support")
+_OF_AN_INTERPRETATION = {"unit", "by_construction", "cannot_be_tested", *PREDICATES}
 _ID = re.compile(r"[A-Za-z0-9-]+")  # it is an anchor, and names a row
 _REFERENCE = re.compile(r"\{[^{}]*\}|(?:Figures?|Eqs?\.|Section) \d+")
 
 
 @dataclass(frozen=True)
-class Reading:
+class Interpretation:
     """One way to understand a claim.
 
     Attributes
@@ -75,15 +75,15 @@ class Claim:
         Where in the paper.
     chapter : str
         Page of the book that shows it.
-    readings : tuple of Reading
+    interpretations : tuple of Interpretation
         The paper's own first.
     margin : str
         Why the thresholds are what they are.
     support : dict from str to Measurement
         What else `why` may quote.
     why : str
-        Why our verdict differs from the paper's; `{name}` stands for what a reading or
-        a support measured.
+        Why our verdict differs from the paper's; `{name}` stands for what an
+        interpretation or a support measured.
     """
 
     id: str
@@ -91,7 +91,7 @@ class Claim:
     quote: str
     section: str
     chapter: str
-    readings: tuple[Reading, ...]
+    interpretations: tuple[Interpretation, ...]
     margin: str = ""
     support: dict[str, Measurement] = field(default_factory=dict)
     why: str = ""
@@ -99,7 +99,7 @@ class Claim:
     @property
     def files(self) -> set[str]:
         """The result files that it needs."""
-        measured = [one.measurement for one in self.readings if one.measurement]
+        measured = [one.measurement for one in self.interpretations if one.measurement]
         return set().union(*(one.files for one in (*measured, *self.support.values())))
 
 
@@ -157,36 +157,41 @@ def _claim(given: dict[str, Any]) -> Claim:
     shared = given.get("measured", {})
     if unknown := set(shared) - set(FIELDS):
         raise ValueError(f"measured: {min(unknown)!r} unknown; wanted one of {FIELDS}")
-    readings = [_reading(name, one, shared) for name, one in given["readings"].items()]
+    interpretations = [
+        _interpretation(name, one, shared)
+        for name, one in given["interpretations"].items()
+    ]
     support = {
         name: _measurement("support", name, one, shared)
         for name, one in given.get("support", {}).items()
     }
     texts = {name: given[name].strip() for name in _TEXTS if name in given}
-    claim = Claim(**texts, readings=tuple(readings), support=support)
+    claim = Claim(**texts, interpretations=tuple(interpretations), support=support)
     _check_prose(claim)
     return claim
 
 
-def _reading(name: str, given: Any, shared: Mapping[str, Any]) -> Reading:
-    """Check a reading: a reason why not, or a measurement and one predicate."""
-    where = f"readings: {name!r}"
+def _interpretation(name: str, given: Any, shared: Mapping[str, Any]) -> Interpretation:
+    """Check an interpretation: a reason why not, or a measurement and one predicate."""
+    where = f"interpretations: {name!r}"
     if not isinstance(given, dict):
         raise ValueError(f"{where}: wanted a mapping")
     reason = given.get("cannot_be_tested", "")
     if reason:
         if len(given) > 1:
             raise ValueError(f"{where}: cannot_be_tested stands alone")
-        return Reading(name, cannot_be_tested=reason)
+        return Interpretation(name, cannot_be_tested=reason)
     named = [one for one in PREDICATES if one in given]
     if len(named) != 1:
         raise ValueError(f"{where}: predicates {named}; wanted one of {PREDICATES}")
     threshold = given[named[0]]
     if isinstance(threshold, bool) or not isinstance(threshold, int | float):
         raise ValueError(f"{where}: {named[0]}: {threshold!r}; wanted a number")
-    what = {key: value for key, value in given.items() if key not in _OF_A_READING}
-    measurement = _measurement("readings", name, what, shared)
-    return Reading(
+    what = {
+        key: value for key, value in given.items() if key not in _OF_AN_INTERPRETATION
+    }
+    measurement = _measurement("interpretations", name, what, shared)
+    return Interpretation(
         name,
         measurement,
         named[0],
@@ -212,13 +217,15 @@ def _check_prose(claim: Claim) -> None:
     plain = {("below", 1), ("above", 1), ("below", 0), ("above", 0)}
     chosen = any(
         one.measurement and (one.predicate, one.threshold) not in plain
-        for one in claim.readings
+        for one in claim.interpretations
     )
     if chosen and not claim.margin:
         raise ValueError("margin: missing; say why the thresholds are what they are")
     if re.search(r"\d", _REFERENCE.sub("", claim.why)):
         raise ValueError("why: has a typed number; quote a measurement, as {name}")
-    known = {one.name for one in claim.readings if one.measurement} | set(claim.support)
+    known = {one.name for one in claim.interpretations if one.measurement} | set(
+        claim.support
+    )
     quoted = set(re.findall(r"\{([^{}]*)\}", claim.why))
     if unknown := quoted - known:
         wanted = ", ".join(sorted(known))

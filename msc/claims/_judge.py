@@ -11,10 +11,10 @@ import pandas as pd
 from msc.claims._file import Claim, load_claims
 from msc.claims._verdicts import Verdict, judge
 from msc.data import find_data, read_result
-from msc.estimates import Estimate
 
 CLAIMS = "book/claims.yml"
 VERDICTS = "data/results/claims.json"
+_NONE = dict.fromkeys(("value", "low", "high"))
 
 
 def judge_all(root: Path) -> list[Verdict]:
@@ -51,7 +51,8 @@ def show_claims(*ids: str) -> pd.DataFrame:
     Returns
     -------
     DataFrame
-        One row a claim, and below it one a reading: the verdict, and what was measured.
+        One row a claim, and below it one an interpretation: the verdict, and what was
+        measured.
 
     Raises
     ------
@@ -67,8 +68,8 @@ def show_claims(*ids: str) -> pd.DataFrame:
     rows = {}
     for found in (judge(claim, results) for claim in chosen):
         rows[found.claim.id, "the claim"] = (found.verdict, "")
-        for reading in found.readings:
-            rows[found.claim.id, reading.name] = (reading.verdict, reading.measured)
+        for one in found.findings:
+            rows[found.claim.id, one.name] = (one.verdict, one.measured)
     index = pd.MultiIndex.from_tuples(rows, names=["claim", "reading"])
     return _Whole(list(rows.values()), index=index, columns=["verdict", "measured"])
 
@@ -122,29 +123,20 @@ def summarise(verdicts: Iterable[Verdict]) -> dict[str, Any]:
     Returns
     -------
     dict
-        By claim: the verdict, the sentence, and each reading's, with its number.
+        By claim: the verdict, the sentence, and each interpretation's, with its number.
     """
     return {
         one.claim.id: {
             "verdict": one.verdict,
             "sentence": one.sentence,
             "readings": {
-                reading.name: {
-                    "verdict": reading.verdict,
-                    **_rounded(reading.effect),
-                    "sentence": reading.sentence,
+                finding.name: {
+                    "verdict": finding.verdict,
+                    **(finding.estimate.stored("value") if finding.estimate else _NONE),
+                    "sentence": finding.sentence,
                 }
-                for reading in one.readings
+                for finding in one.findings
             },
         }
         for one in verdicts
-    }
-
-
-def _rounded(effect: Estimate | None) -> dict[str, float | None]:
-    """Write a number and its interval to six digits, the same on any processor."""
-    numbers = (None,) * 3 if effect is None else (effect.value, effect.low, effect.high)
-    return {
-        name: None if number is None else float(f"{number:.6g}")
-        for name, number in zip(("value", "low", "high"), numbers, strict=True)
     }

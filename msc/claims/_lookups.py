@@ -9,36 +9,7 @@ from typing import Any
 import pandas as pd
 
 from msc.estimates import Estimate
-
-
-def find_cell(study: dict[str, Any], design: str, n_samples: int) -> dict[str, Any]:
-    """Find a study's results for a design and a number of training tasks.
-
-    Parameters
-    ----------
-    study : dict
-        Results of a study.
-    design : {"even", "uniform", "nonuniform"}
-        How training tasks were drawn.
-    n_samples : int
-        How many.
-
-    Returns
-    -------
-    dict
-        The entry of its "cells".
-
-    Raises
-    ------
-    StopIteration
-        If there is none.
-    """
-    found: dict[str, Any] = next(
-        cell
-        for cell in study["cells"]
-        if (cell["design"], cell["n_samples"]) == (design, n_samples)
-    )
-    return found
+from msc.study import find_cell
 
 
 def _is_empty(study: dict[str, Any], cell: dict[str, Any], name: str) -> bool:
@@ -65,7 +36,7 @@ def _ratio(
     if wanted not in ratios and baseline in cell["measures"][name]:  # few test tasks
         return Estimate(nan)
     found = ratios[wanted]
-    return Estimate(found["ratio"], found["low"], found["high"])
+    return Estimate.read(found, "ratio")
 
 
 def _same_kernel(
@@ -84,7 +55,7 @@ def _mean(
     if _is_empty(study, cell, name):
         return Estimate(nan)
     found = cell["measures"][name][method]
-    return Estimate(found["mean"], found["low"], found["high"])
+    return Estimate.read(found, "mean")
 
 
 def _sweep(study: dict[str, Any], name: str, n_samples: int, n_charts: int) -> Estimate:
@@ -94,7 +65,7 @@ def _sweep(study: dict[str, Any], name: str, n_samples: int, n_charts: int) -> E
         for entry in study["sweep"]
         if (entry["n_samples"], entry["n_charts"]) == (n_samples, n_charts)
     )
-    return Estimate(found["mean"], found["low"], found["high"])
+    return Estimate.read(found, "mean")
 
 
 def _jumps(audit: dict[str, Any], where: str) -> Estimate:
@@ -133,7 +104,7 @@ def _seconds(costs: dict[str, Any], what: str, world: str) -> Estimate:
     return Estimate(*(times[key] / 1e6 for key in ("median", "low", "high")))
 
 
-KINDS: dict[str, tuple[Callable[..., Estimate], tuple[str, ...]]] = {
+QUANTITIES: dict[str, tuple[Callable[..., Estimate], tuple[str, ...]]] = {
     "ratio": (_ratio, ("file", "design", "n_samples", "baseline")),
     "ratio_same_kernel": (_same_kernel, ("file", "design", "n_samples")),
     "mean": (_mean, ("file", "design", "n_samples", "method")),
@@ -144,4 +115,4 @@ KINDS: dict[str, tuple[Callable[..., Estimate], tuple[str, ...]]] = {
     "column_mean": (_column_mean, ("file",)),
     "seconds": (_seconds, ("file", "world")),
 }
-FIELDS = sorted({name for _, needs in KINDS.values() for name in needs})
+FIELDS = sorted({name for _, needs in QUANTITIES.values() for name in needs})

@@ -1,7 +1,7 @@
 """Which number of which result file: addresses as data, and what stands there.
 
-A measurement is a mapping with one *kind* among its keys and, beside it, what the kind
-needs. A list in place of one value asks for several numbers::
+A measurement is a mapping with one *quantity* among its keys and, beside it, what the
+quantity needs. A list in place of one value asks for several numbers::
 
     {"ratio": "mse, gate learned", "file": "data/results/study_free.json",
      "design": "even", "n_samples": [24, 360], "baseline": "CrKr"}
@@ -18,7 +18,7 @@ from itertools import product
 from math import isnan
 from typing import Any
 
-from msc.claims._lookups import FIELDS, KINDS
+from msc.claims._lookups import FIELDS, QUANTITIES
 from msc.estimates import Estimate, average, difference, quotient
 
 SIDES = {"quotient": ("top", "bottom"), "difference": ("plus", "minus")}
@@ -30,17 +30,17 @@ class Measurement:
 
     Attributes
     ----------
-    kind : str
-        A key of `KINDS` or of `SIDES`.
+    quantity : str
+        A key of `QUANTITIES` or of `SIDES`.
     fields : dict
-        What the kind needs; its own value is under its name.
+        What the quantity needs; its own value is under its name.
     parts : tuple of Measurement
         The two sides of a quotient or a difference.
     average : bool
         Whether several numbers are averaged into one.
     """
 
-    kind: str
+    quantity: str
     fields: dict[str, Any]
     parts: tuple[Measurement, ...] = ()
     average: bool = False
@@ -64,20 +64,20 @@ def parse(given: Any, shared: Mapping[str, Any]) -> Measurement:
     Parameters
     ----------
     given : mapping
-        One kind and what it needs.
+        One quantity and what it needs.
     shared : mapping
         Fields that count where `given` does not have them.
 
     Returns
     -------
     Measurement
-        Complete, without the fields that its kind does not need.
+        Complete, without the fields that its quantity does not need.
 
     Raises
     ------
     ValueError
-        If the kind is unknown, or a field missing or unknown; the message begins with
-        the field.
+        If the quantity is unknown, or a field missing or unknown; the message begins
+        with the field.
 
     Examples
     --------
@@ -85,25 +85,25 @@ def parse(given: Any, shared: Mapping[str, Any]) -> Measurement:
     >>> parse(given, {"file": "data/results/audit_free.json"}).files
     {'data/results/audit_free.json'}
     """
-    kinds = [key for key in given if key in KINDS or key in SIDES]
-    if len(kinds) != 1:
-        wanted = ", ".join([*KINDS, *SIDES])
-        raise ValueError(f"kind: got {kinds}; wanted one of {wanted}")
-    [kind] = kinds
-    if unknown := set(given) - {kind, "average", *FIELDS}:
+    found = [key for key in given if key in QUANTITIES or key in SIDES]
+    if len(found) != 1:
+        wanted = ", ".join([*QUANTITIES, *SIDES])
+        raise ValueError(f"quantity: got {found}; wanted one of {wanted}")
+    [quantity] = found
+    if unknown := set(given) - {quantity, "average", *FIELDS}:
         raise ValueError(f"{min(unknown)}: unknown; wanted one of {', '.join(FIELDS)}")
     averaged = bool(given.get("average", False))
     known = {**shared, **{key: given[key] for key in given if key in FIELDS}}
-    if kind in SIDES:
-        sides = given[kind]
-        if not isinstance(sides, Mapping) or set(sides) != set(SIDES[kind]):
-            raise ValueError(f"{kind}: wanted two measurements, {SIDES[kind]}")
-        parts = tuple(parse(sides[side], known) for side in SIDES[kind])
-        return Measurement(kind, {}, parts, averaged)
-    if missing := [name for name in KINDS[kind][1] if name not in known]:
-        raise ValueError(f"{missing[0]}: missing, but {kind} needs it")
-    needed = {name: known[name] for name in KINDS[kind][1]}
-    return Measurement(kind, {kind: given[kind], **needed}, (), averaged)
+    if quantity in SIDES:
+        sides = given[quantity]
+        if not isinstance(sides, Mapping) or set(sides) != set(SIDES[quantity]):
+            raise ValueError(f"{quantity}: wanted two measurements, {SIDES[quantity]}")
+        parts = tuple(parse(sides[side], known) for side in SIDES[quantity])
+        return Measurement(quantity, {}, parts, averaged)
+    if missing := [name for name in QUANTITIES[quantity][1] if name not in known]:
+        raise ValueError(f"{missing[0]}: missing, but {quantity} needs it")
+    needed = {name: known[name] for name in QUANTITIES[quantity][1]}
+    return Measurement(quantity, {quantity: given[quantity], **needed}, (), averaged)
 
 
 def measure(measurement: Measurement, results: Mapping[str, Any]) -> list[Estimate]:
@@ -127,21 +127,21 @@ def measure(measurement: Measurement, results: Mapping[str, Any]) -> list[Estima
     ValueError
         If a number is not there; the message says what was looked for, and where.
     """
-    kind = measurement.kind
-    if kind in SIDES:
+    quantity = measurement.quantity
+    if quantity in SIDES:
         first, second = (measure(part, results) for part in measurement.parts)
-        combine = quotient if kind == "quotient" else difference
+        combine = quotient if quantity == "quotient" else difference
         if len(second) == 1:
             second = second * len(first)
         if len(first) != len(second):
-            raise ValueError(f"{kind}: {len(first)} numbers and {len(second)}")
-        effects = [combine(*pair) for pair in zip(first, second, strict=True)]
+            raise ValueError(f"{quantity}: {len(first)} numbers and {len(second)}")
+        estimates = [combine(*pair) for pair in zip(first, second, strict=True)]
     else:
-        effects = _look_up(measurement, results)
+        estimates = _look_up(measurement, results)
     if not measurement.average:
-        return effects
-    known = [effect for effect in effects if not isnan(effect.value)]
-    return [average(known, geometric=kind in ("ratio", "quotient"))]
+        return estimates
+    known = [estimate for estimate in estimates if not isnan(estimate.value)]
+    return [average(known, geometric=quantity in ("ratio", "quotient"))]
 
 
 def _look_up(measurement: Measurement, results: Mapping[str, Any]) -> list[Estimate]:
@@ -149,12 +149,12 @@ def _look_up(measurement: Measurement, results: Mapping[str, Any]) -> list[Estim
     fields = dict(measurement.fields)
     file = fields.pop("file")
     content = results[file]
-    function = KINDS[measurement.kind][0]
+    function = QUANTITIES[measurement.quantity][0]
     if fields.get("n_samples") == "all":
         cells = [c for c in content["cells"] if c["design"] == fields["design"]]
         fields["n_samples"] = [cell["n_samples"] for cell in cells]
     lists = [value if isinstance(value, list) else [value] for value in fields.values()]
-    effects = []
+    estimates = []
     for values in product(*lists):
         one = dict(zip(fields, values, strict=True))
         try:
@@ -164,8 +164,8 @@ def _look_up(measurement: Measurement, results: Mapping[str, Any]) -> list[Estim
             raise ValueError(f"{file} has no {asked}") from None
         listed = (name for name in fields if isinstance(fields[name], list))
         label = ", ".join(_WORDS.get(name, "{}").format(one[name]) for name in listed)
-        effects.append(replace(found, label=label))
-    return effects
+        estimates.append(replace(found, label=label))
+    return estimates
 
 
 _WORDS = {"n_samples": "n = {}", "n_charts": "charts: {}", "baseline": "against {}"}

@@ -12,7 +12,7 @@ from msc.claims._verdicts import BUILT_IN, SYMBOLS, Verdict
 from press import label, paragraph, plain
 
 TABLE = "claims_table.md"
-READINGS = "claims_readings.md"
+SECTIONS = "claims_readings.md"
 
 # Between these the README quotes the verdicts.
 BEGIN, END = "<!-- verdicts, by msc claims -->", "<!-- end of verdicts -->"
@@ -40,14 +40,14 @@ def write_claims(root: Path, folder: Path, pages: Collection[str]) -> None:
         return
     if (root / VERDICTS).is_file():
         verdicts = judge_all(root)
-        table, readings = (
+        table, sections = (
             table_markdown(verdicts, pages),
-            readings_markdown(verdicts, pages),
+            sections_markdown(verdicts, pages),
         )
     else:
-        table = readings = f"*No verdicts yet: `msc claims --out {VERDICTS}`.*\n"
+        table = sections = f"*No verdicts yet: `msc claims --out {VERDICTS}`.*\n"
     (folder / TABLE).write_text(table, encoding="utf-8")
-    (folder / READINGS).write_text(readings, encoding="utf-8")
+    (folder / SECTIONS).write_text(sections, encoding="utf-8")
 
 
 def table_markdown(verdicts: Sequence[Verdict], pages: Collection[str]) -> str:
@@ -99,7 +99,7 @@ def tally(summary: Mapping[str, Mapping[str, Any]]) -> str:
     return ", ".join(f"{counts[name]} {name}" for name in SYMBOLS if counts[name])
 
 
-def readings_markdown(verdicts: Sequence[Verdict], pages: Collection[str]) -> str:
+def sections_markdown(verdicts: Sequence[Verdict], pages: Collection[str]) -> str:
     """Write a section a claim: what each reading measured, and its verdict.
 
     Parameters
@@ -171,13 +171,13 @@ def _section(one: Verdict, pages: Collection[str]) -> str:
     claim = one.claim
     built_in = [
         asked.by_construction
-        for asked, found in zip(claim.readings, one.readings, strict=True)
+        for asked, found in zip(claim.interpretations, one.findings, strict=True)
         if found.verdict == BUILT_IN
     ]
     shown = f" [Its chapter]({claim.chapter})." if claim.chapter in pages else ""
     rows = [_row("reading", "measured", "wanted", "verdict"), _RULE]
-    for reading in one.readings:
-        cells = (reading.name, reading.measured, reading.wanted or "–", reading.verdict)
+    for found in one.findings:
+        cells = (found.name, found.measured, found.wanted or "–", found.verdict)
         rows.append(_row(*map(plain, cells)))
     paragraphs = [
         f"(claim-{claim.id})=\n### {claim.id}: {one.words}",

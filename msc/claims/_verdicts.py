@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from math import isnan
 from typing import Any
 
-from msc.claims._file import Claim, Reading
+from msc.claims._file import Claim, Interpretation
 from msc.claims._measured import measure
 from msc.estimates import Estimate, bonferroni
 
@@ -33,16 +33,16 @@ DIFFERING = (PARTLY, NOT, UNDECIDED)  # from what the paper says
 
 
 @dataclass(frozen=True)
-class ReadingVerdict:
-    """What a reading of a claim came to.
+class Finding:
+    """What an interpretation of a claim came to.
 
     Attributes
     ----------
     name : str
-        The reading.
+        The interpretation.
     verdict : str
         A key of `SYMBOLS`.
-    effect : Estimate or None
+    estimate : Estimate or None
         What was measured; of several numbers the one that favours the claim least.
     measured : str
         The same in words, with its unit; or why it cannot be.
@@ -52,7 +52,7 @@ class ReadingVerdict:
 
     name: str
     verdict: str
-    effect: Estimate | None
+    estimate: Estimate | None
     measured: str
     wanted: str = ""
 
@@ -73,15 +73,15 @@ class Verdict:
         The claim.
     verdict : str
         A key of `SYMBOLS`.
-    readings : tuple of ReadingVerdict
-        What each reading came to, the paper's own first.
+    findings : tuple of Finding
+        What each interpretation came to, the paper's own first.
     why : str
         Why that differs from the paper, with what was measured in its placeholders.
     """
 
     claim: Claim
     verdict: str
-    readings: tuple[ReadingVerdict, ...]
+    findings: tuple[Finding, ...]
     why: str = ""
 
     @property
@@ -91,24 +91,24 @@ class Verdict:
 
     @property
     def measured(self) -> str:
-        """What the paper's own reading measured; of several readings, which it is."""
-        first = self.readings[0]
-        name = f"{first.name}: " if len(self.readings) > 1 else ""
+        """What the paper's own interpretation measured; of several, which it is."""
+        first = self.findings[0]
+        name = f"{first.name}: " if len(self.findings) > 1 else ""
         return name + first.measured
 
     @property
     def differs(self) -> bool:
-        """Whether readings gave different verdicts."""
-        return len({reading.verdict for reading in self.readings}) > 1
+        """Whether interpretations gave different verdicts."""
+        return len({one.verdict for one in self.findings}) > 1
 
     @property
     def sentence(self) -> str:
-        """Which reading gave which verdict."""
-        if len(self.readings) == 1:
-            return self.readings[0].sentence
+        """Which interpretation gave which verdict."""
+        if len(self.findings) == 1:
+            return self.findings[0].sentence
         groups: dict[str, list[str]] = {}
-        for reading in self.readings:
-            groups.setdefault(reading.verdict, []).append(reading.name)
+        for one in self.findings:
+            groups.setdefault(one.verdict, []).append(one.name)
         return "; ".join(f"{key}: {' / '.join(names)}" for key, names in groups.items())
 
     @property
@@ -130,40 +130,40 @@ def judge(claim: Claim, results: Mapping[str, Any]) -> Verdict:
     Returns
     -------
     Verdict
-        That of the readings if they agree, and "by construction" if the first, the
-        paper's own, is. Otherwise "partly" if any is reproduced; else "not reproduced",
-        since one refutes the claim and none confirms it.
+        That of the interpretations if they agree, and "by construction" if the first,
+        the paper's own, is. Otherwise "partly" if any is reproduced; else "not
+        reproduced", since one refutes the claim and none confirms it.
 
     Raises
     ------
     ValueError
-        If a number is missing; the message names the claim and the reading.
+        If a number is missing; the message names the claim and the interpretation.
 
     Notes
     -----
-    A reading is reproduced if its predicate holds on the whole of each interval; not
-    reproduced if it fails on the whole of one, widened for as many as were looked at;
-    otherwise undecided. One that the design of the experiment makes true is "by
-    construction" where it would be reproduced.
+    An interpretation is reproduced if its predicate holds on the whole of each
+    interval; not reproduced if it fails on the whole of one, widened for as many as
+    were looked at; otherwise undecided. One that the design of the experiment makes
+    true is "by construction" where it would be reproduced.
     """
-    readings, quoted = [], {}
+    findings, quoted = [], {}
     name = ""
     try:
-        for reading in claim.readings:
-            name = reading.name
-            readings.append(_judge_reading(reading, results))
-            quoted[name] = readings[-1].measured
+        for interpretation in claim.interpretations:
+            name = interpretation.name
+            findings.append(_judge_interpretation(interpretation, results))
+            quoted[name] = findings[-1].measured
         for name, support in claim.support.items():
             quoted[name] = ", ".join(map(str, measure(support, results)))
     except ValueError as error:
         raise ValueError(f"claim {claim.id!r}, {name!r}: {error}") from None
     why = claim.why.format_map(quoted)
-    return Verdict(claim, _overall(readings), tuple(readings), why)
+    return Verdict(claim, _overall(findings), tuple(findings), why)
 
 
-def _overall(readings: list[ReadingVerdict]) -> str:
-    """Join the verdicts of readings, apart from those that cannot be tested."""
-    verdicts = [one.verdict for one in readings if one.verdict != UNTESTABLE]
+def _overall(findings: list[Finding]) -> str:
+    """Join the verdicts of interpretations, apart from those that cannot be tested."""
+    verdicts = [one.verdict for one in findings if one.verdict != UNTESTABLE]
     if not verdicts:
         return UNTESTABLE
     if verdicts[0] == BUILT_IN or len(set(verdicts)) == 1:
@@ -171,65 +171,72 @@ def _overall(readings: list[ReadingVerdict]) -> str:
     return PARTLY if {REPRODUCED, BUILT_IN} & set(verdicts) else NOT
 
 
-def _judge_reading(reading: Reading, results: Mapping[str, Any]) -> ReadingVerdict:
+def _judge_interpretation(
+    interpretation: Interpretation, results: Mapping[str, Any]
+) -> Finding:
     """Hold one measurement against its predicate."""
-    if reading.measurement is None:
-        return ReadingVerdict(reading.name, UNTESTABLE, None, reading.cannot_be_tested)
-    found = measure(reading.measurement, results)
-    effects = [effect for effect in found if not isnan(effect.value)]
-    if not effects:
+    if interpretation.measurement is None:
+        return Finding(
+            interpretation.name, UNTESTABLE, None, interpretation.cannot_be_tested
+        )
+    found = measure(interpretation.measurement, results)
+    estimates = [estimate for estimate in found if not isnan(estimate.value)]
+    if not estimates:
         reason = "no test task is of this kind"
-        return ReadingVerdict(reading.name, UNTESTABLE, None, reason)
-    n_hold = sum(_holds(reading, effect) for effect in effects)
+        return Finding(interpretation.name, UNTESTABLE, None, reason)
+    n_hold = sum(_holds(interpretation, estimate) for estimate in estimates)
     n_fail = sum(
-        _fails(reading, bonferroni(effect, len(effects))) for effect in effects
+        _fails(interpretation, bonferroni(estimate, len(estimates)))
+        for estimate in estimates
     )
-    verdict = NOT if n_fail else REPRODUCED if n_hold == len(effects) else UNDECIDED
-    if verdict == REPRODUCED and reading.by_construction:
+    verdict = NOT if n_fail else REPRODUCED if n_hold == len(estimates) else UNDECIDED
+    if verdict == REPRODUCED and interpretation.by_construction:
         verdict = BUILT_IN
-    least = min(effects, key=lambda effect: _favour(reading, effect))
-    measured = f"{least} {reading.unit}".strip()
-    wanted = f"{reading.predicate} {reading.threshold:g}".replace("_", " ")
+    least = min(estimates, key=lambda estimate: _favour(interpretation, estimate))
+    measured = f"{least} {interpretation.unit}".strip()
+    wanted = f"{interpretation.predicate} {interpretation.threshold:g}".replace(
+        "_", " "
+    )
     wanted = wanted.removeprefix("equals ")
-    if len(effects) > 1:
+    if len(estimates) > 1:
         wanted += " at each"
         refuted = f", {n_fail} refuted" if n_fail else ""
         measured = (
-            f"{n_hold} of {len(effects)} as claimed{refuted}; "
+            f"{n_hold} of {len(estimates)} as claimed{refuted}; "
             f"the worst {measured} ({least.label})"
         )
-    if n_without := len(found) - len(effects):
+    if n_without := len(found) - len(estimates):
         wanted += f", {n_without} without such test tasks left out"
-    return ReadingVerdict(reading.name, verdict, least, measured, wanted)
+    return Finding(interpretation.name, verdict, least, measured, wanted)
 
 
-def _holds(reading: Reading, effect: Estimate) -> bool:
+def _holds(interpretation: Interpretation, estimate: Estimate) -> bool:
     """Whether a predicate holds on a whole interval."""
-    (low, high), wanted = effect.bounds, reading.threshold
+    (low, high), wanted = estimate.bounds, interpretation.threshold
     return {
         "below": high < wanted,
         "above": low > wanted,
         "equals": low == high == wanted,
         "at_least": low >= wanted,
-    }[reading.predicate]
+    }[interpretation.predicate]
 
 
-def _fails(reading: Reading, effect: Estimate) -> bool:
+def _fails(interpretation: Interpretation, estimate: Estimate) -> bool:
     """Whether a predicate fails on a whole interval."""
-    (low, high), wanted = effect.bounds, reading.threshold
-    exact = effect.low is None and low == wanted
+    (low, high), wanted = estimate.bounds, interpretation.threshold
+    exact = estimate.low is None and low == wanted
     return {
         "below": low > wanted or exact,
         "above": high < wanted or exact,
         "equals": not low <= wanted <= high,
         "at_least": high < wanted,
-    }[reading.predicate]
+    }[interpretation.predicate]
 
 
-def _favour(reading: Reading, effect: Estimate) -> float:
+def _favour(interpretation: Interpretation, estimate: Estimate) -> float:
     """Say how much a number speaks for a claim."""
-    if reading.predicate == "below":
-        return -effect.value
-    if reading.predicate == "equals":
-        return -abs(effect.value - reading.threshold)
-    return effect.value
+    if interpretation.predicate == "below":
+        return -estimate.value
+    if interpretation.predicate == "equals":
+        return -abs(estimate.value - interpretation.threshold)
+    return estimate.value

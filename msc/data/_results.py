@@ -17,7 +17,7 @@ _COMMANDS = {
     "elbow": "msc evaluate --profile full",
     "audit": "msc audit data/{world}.csv --out data/results/audit_{world}.json",
     "claims": "msc claims --out data/results/claims.json --readme README.md",
-    "results": "make bench",
+    "bench": "make bench",
 }
 
 

@@ -1,6 +1,6 @@
 """What rollouts, searches, fits and predictions cost: the benchmark's file as tables.
 
-`make bench` writes ``benchmarks/results.json``. All that the book says of speed is read
+`make bench` writes ``data/results/bench.json``. All that the book says of speed is read
 from there by the functions below.
 """
 
@@ -36,7 +36,7 @@ def load_costs(path: str | Path | None = None) -> dict[str, Any]:
     Parameters
     ----------
     path : str or Path, optional
-        The file; by default ``benchmarks/results.json``, beside the folder `data`.
+        The file; by default ``data/results/bench.json``.
 
     Returns
     -------
@@ -54,7 +54,7 @@ def load_costs(path: str | Path | None = None) -> dict[str, Any]:
     >>> sorted(costs["rollouts"])
     ['free', 'obstacles']
     """
-    file = Path(path or find_data().parent / "benchmarks" / "results.json")
+    file = Path(path or find_data() / "results" / "bench.json")
     if not file.is_file():
         raise ValueError(f"{file} is not there; `make bench` writes it")
     figures = json.loads(file.read_text(encoding="utf-8"))

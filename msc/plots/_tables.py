@@ -7,10 +7,9 @@ from typing import Any
 
 import pandas as pd
 
-from msc.claims import find_cell
 from msc.data import load_dataset
-from msc.estimates import rounded
-from msc.study import Comparison, draw_samples
+from msc.estimates import Estimate, rounded
+from msc.study import draw_samples, find_cell
 
 WORLD_TITLES = {"free": "without obstacles", "obstacles": "with obstacles"}
 SIGNS = {"lower": "●", "undecided": "○", "higher": "✕"}  # of the charts' error
@@ -40,10 +39,15 @@ def compare_cells(
     -------
     DataFrame
         Columns `n_samples`, `measure`, `baseline` and `comparison`, the last of
-        `msc.study.Comparison`.
+        `msc.estimates.Estimate`.
     """
     rows = [
-        (cell["n_samples"], ratio["measure"], ratio["baseline"], Comparison(**ratio))
+        (
+            cell["n_samples"],
+            ratio["measure"],
+            ratio["baseline"],
+            Estimate.read(ratio, "ratio"),
+        )
         for cell in study["cells"]
         if cell["design"] == design
         for ratio in cell["ratios"]
@@ -53,12 +57,12 @@ def compare_cells(
     return pd.DataFrame(rows, columns=names)
 
 
-def comparison_table(*found: Comparison) -> pd.DataFrame:
+def comparison_table(*found: Estimate) -> pd.DataFrame:
     """Show comparisons one below the other.
 
     Parameters
     ----------
-    *found : Comparison
+    *found : Estimate
         The charts with other methods, on one training set.
 
     Returns
@@ -66,7 +70,7 @@ def comparison_table(*found: Comparison) -> pd.DataFrame:
     DataFrame
         One row a comparison; the last column is as in `ratio_table`.
     """
-    rows = [(one.measure, one.baseline, _cell(one)) for one in found]
+    rows = [(one.label, one.baseline, _cell(one)) for one in found]
     names = ["measure", "charts over", "ratio [95 % interval]"]
     return pd.DataFrame(rows, columns=names).set_index("measure")
 
@@ -229,7 +233,7 @@ def gate_shares(*studies: dict[str, Any]) -> pd.DataFrame:
     return pd.DataFrame(columns).rename_axis("training tasks")
 
 
-def _cell(found: Comparison) -> str:
+def _cell(found: Estimate) -> str:
     """Write a comparison into a cell, which breaks before the interval, if at all."""
-    ratio, low, high = (rounded(one, 2) for one in (found.ratio, found.low, found.high))
+    ratio, low, high = (rounded(one, 2) for one in (found.value, *found.bounds))
     return f"{SIGNS[found.verdict]}\N{NBSP}{ratio} [{low},\N{NBSP}{high}]"

@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING
 from press._lazy import face
 
 if TYPE_CHECKING:
-    from msc.study._comparison import Comparison, compare
     from msc.study._evaluation import Experiment
     from msc.study._execution import execute_policies
     from msc.study._methods import fit_methods, methods
@@ -29,5 +28,7 @@ if TYPE_CHECKING:
         run_elbows,
         run_study,
     )
+    from msc.study._summaries import find_cell
+    from msc.study._trial import MEASURES, TEST_SUBSETS
 
 __all__, __getattr__, __dir__ = face(__name__, __file__)

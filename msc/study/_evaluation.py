@@ -9,13 +9,13 @@ from typing import Any
 import pandas as pd
 from numpy.typing import ArrayLike
 
+from msc.estimates import Estimate, compare
 from msc.learn import SMCE
-from msc.study._comparison import Comparison, compare
 from msc.study._execution import summarise_execution
 from msc.study._methods import COMMON, N_CHARTS
-from msc.study._trial import READINGS, Trial
+from msc.study._trial import TEST_SUBSETS, Trial
 
-PROFILES = {"quick": 1_000, "full": 20_000}  # bootstrap resamples
+N_RESAMPLES = {"quick": 1_000, "full": 20_000}  # bootstrap resamples
 
 
 class Experiment(Trial):
@@ -55,7 +55,7 @@ class Experiment(Trial):
         profile: str = "quick",
         seed: int = 0,
     ) -> None:
-        if profile not in PROFILES:
+        if profile not in N_RESAMPLES:
             raise ValueError(f"profile={profile!r}; wanted 'quick' or 'full'")
         if (n_samples is None) == (chosen is None):
             raise ValueError(
@@ -63,7 +63,7 @@ class Experiment(Trial):
             )
         training: Any = n_samples if chosen is None else chosen
         super().__init__(name, training, n_charts=n_charts, names=names, seed=seed)
-        self.n_resamples = PROFILES[profile]
+        self.n_resamples = N_RESAMPLES[profile]
 
     @cached_property
     def elbow(self) -> int:
@@ -72,15 +72,15 @@ class Experiment(Trial):
         return int(charts.n_clusters_)
 
     def mse_summary(self) -> pd.DataFrame:
-        """Average the squared errors, one row a method, one column a reading.
+        """Average the squared errors, one row a method, one column a test subset.
 
         Returns
         -------
         DataFrame
-            Mean squared errors; "chart known" differs for the charts alone. A reading
+            Mean squared errors; "chart known" differs for the charts alone. A subset
             that has no test task, as beside jumps where there are none, is left out.
         """
-        means = {reading: self.squared_errors(reading).mean() for reading in READINGS}
+        means = {subset: self.squared_errors(subset).mean() for subset in TEST_SUBSETS}
         return pd.DataFrame(means).loc[list(self.methods)].dropna(axis="columns")
 
     def executed_summary(self) -> pd.DataFrame:
@@ -94,28 +94,28 @@ class Experiment(Trial):
         return summarise_execution(self.executed)
 
     def compare_mse(
-        self, reading: str = "gate learned", baseline: str = "single regression"
-    ) -> Comparison:
+        self, subset: str = "gate learned", baseline: str = "single regression"
+    ) -> Estimate:
         """Compare the charts' mean squared error with a baseline's.
 
         Parameters
         ----------
-        reading : str, default="gate learned"
+        subset : str, default="gate learned"
             See `squared_errors`.
         baseline : str, default="single regression"
             A method.
 
         Returns
         -------
-        Comparison
+        Estimate
             The ratio and its interval.
         """
-        errors = self.squared_errors(reading)
-        return self._compare(f"MSE, {reading}", errors, baseline)
+        errors = self.squared_errors(subset)
+        return self._compare(f"MSE, {subset}", errors, baseline)
 
     def compare_executed(
         self, column: str, baseline: str = "single regression"
-    ) -> Comparison:
+    ) -> Estimate:
         """Compare what the charts' policies do when executed with a baseline's.
 
         Parameters
@@ -127,14 +127,14 @@ class Experiment(Trial):
 
         Returns
         -------
-        Comparison
+        Estimate
             The ratio and its interval.
         """
         names = {"error_cm": "execution error", "excess_cost": "excess cost"}
         errors = self.executed_by_method(column)
         return self._compare(names[column], errors, baseline)
 
-    def _compare(self, measure: str, errors: pd.DataFrame, baseline: str) -> Comparison:
+    def _compare(self, measure: str, errors: pd.DataFrame, baseline: str) -> Estimate:
         return compare(
             measure,
             errors,

@@ -60,7 +60,6 @@ from msc.study._selection import average_gates, compare_gates, measure_elbows
 from msc.study._summaries import Errors, measure_errors, summarise_trials
 from msc.study._trial import Trial
 
-WORLDS = ("free", "obstacles")
 _PACKAGES = ("numpy", "scikit-learn", "cvxpy", "pybullet")
 
 

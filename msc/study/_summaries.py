@@ -9,10 +9,9 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
-from msc.study._comparison import Resamples, interval
-from msc.study._trial import Trial
+from msc.estimates import Resamples, bounded, six_digits
+from msc.study._trial import MEASURES, Trial
 
-SHARES = ("under_1_cm", "touched")  # no ratios: a share is often zero
 SAME_KERNEL = ("charts, Matérn", "single, Matérn")  # compared besides "charts"
 FEW = 10  # test tasks; of fewer, a bootstrap's interval is far too narrow
 
@@ -33,20 +32,7 @@ def measure_errors(trial: Trial) -> Errors:
     dict from str to DataFrame
         For each measure one row a test task, one column a method.
     """
-    errors = {
-        f"mse, {reading}": trial.squared_errors(reading)
-        for reading in ("gate learned", "chart known", "away from jumps")
-    }
-    error = trial.executed_by_method("error_cm")
-    return errors | {
-        "mse, beside jumps": trial.squared_errors("beside jumps"),
-        "standardised mse, gate learned": trial.squared_errors(standardised=True),
-        "error_cm": error,
-        "excess_cost": trial.executed_by_method("excess_cost"),
-        "under_1_cm": error < 1,
-        "touched": trial.executed_by_method("touched"),
-        "error_cm spread": error,
-    }
+    return {key: measure.errors(trial) for key, measure in MEASURES.items()}
 
 
 def summarise_trials(
@@ -94,7 +80,7 @@ def summarise_trials(
         counted = None if weights is None else weights.loc[first.index].to_numpy()
         shape = (len(trials), len(first))
         draws = Resamples(shape, n_resamples=n_resamples, seed=seed)
-        spread = label.endswith("spread")
+        spread = MEASURES[label].is_spread
         measures[label], averages = {}, {}
         for method in map(str, first):
             errors = np.array([trial[label][method] for trial in trials], dtype=float)
@@ -102,12 +88,12 @@ def summarise_trials(
             averages[method] = draws.average(per_set)
             values = per_set[:1].T if spread else errors
             measures[label][method] = {
-                **_bound(averages[method], "mean"),
+                **bounded(averages[method]).stored("mean"),
                 **_describe(values, None if spread else counted),
                 "n_tasks": shape[1],
-                "per_repetition": [_plain(value) for value in per_set[0]],
+                "per_repetition": [six_digits(value) for value in per_set[0]],
             }
-        if label not in SHARES and shape[1] >= FEW:
+        if MEASURES[label].has_ratio and shape[1] >= FEW:
             ratios += _divide(label, averages)
     return {"measures": measures, "ratios": ratios}
 
@@ -124,9 +110,9 @@ def _describe(errors: Array, weights: ArrayLike | None) -> dict[str, float]:
     quantiles: Any = {"weights": counted, "method": rule}
     median, p95 = np.quantile(values, [0.5, 0.95], **quantiles)
     return {
-        "std": _plain(np.sqrt(variance)),
-        "median": _plain(median),
-        "p95": _plain(p95),
+        "std": six_digits(np.sqrt(variance)),
+        "median": six_digits(median),
+        "p95": six_digits(p95),
     }
 
 
@@ -135,18 +121,37 @@ def _divide(label: str, averages: dict[str, Array]) -> list[dict[str, Any]]:
     pairs = [("charts", other) for other in averages if other != "charts"]
     return [
         {"measure": label, "method": ours, "baseline": theirs}
-        | _bound(averages[ours] / averages[theirs], "ratio")
+        | bounded(averages[ours] / averages[theirs]).stored("ratio")
         for ours, theirs in [*pairs, SAME_KERNEL]
         if {ours, theirs} <= averages.keys() and (averages[theirs] > 0).all()
     ]
 
 
-def _bound(values: Array, name: str) -> dict[str, float]:
-    """Name a statistic, the first of its values, and bound it by the resampled ones."""
-    low, high = interval(values[1:])
-    return {name: _plain(values[0]), "low": _plain(low), "high": _plain(high)}
+def find_cell(study: dict[str, Any], design: str, n_samples: int) -> dict[str, Any]:
+    """Find a study's results for a design and a number of training tasks.
 
+    Parameters
+    ----------
+    study : dict
+        Results of a study.
+    design : {"even", "uniform", "nonuniform"}
+        How training tasks were drawn.
+    n_samples : int
+        How many.
 
-def _plain(value: float) -> float:
-    """Keep six digits: more than any interval deserves, and fewer to store."""
-    return float(f"{value:.6g}")
+    Returns
+    -------
+    dict
+        The entry of its "cells".
+
+    Raises
+    ------
+    StopIteration
+        If there is none.
+    """
+    found: dict[str, Any] = next(
+        cell
+        for cell in study["cells"]
+        if (cell["design"], cell["n_samples"]) == (design, n_samples)
+    )
+    return found

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from functools import cached_property
-from typing import Any
+from collections.abc import Callable, Iterable
+from functools import cached_property, partial
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -16,7 +16,7 @@ from msc.study._execution import execute_policies
 from msc.study._methods import METHODS, N_CHARTS, fit_methods
 from msc.study._sampling import take_evenly
 
-READINGS = ("gate learned", "chart known", "away from jumps", "beside jumps")
+TEST_SUBSETS = ("gate learned", "chart known", "away from jumps", "beside jumps")
 _SIDE = 1e-9  # rad; a test task is predicted from so far before and behind it
 _OTHER = 1e-3  # of a weight; predictions so far apart are two
 
@@ -121,7 +121,7 @@ class Trial:
     def known_charts(self) -> NDArray[np.intp]:
         """Charts of the test tasks by their own policies: that of the nearest policy.
 
-        Only the reading "chart known" may look at a test task's policy.
+        Only the subset "chart known" may look at a test task's policy.
         """
         nearest = np.linalg.norm(
             self.test_policies[:, None] - self.policies[self.chosen], axis=2
@@ -150,13 +150,13 @@ class Trial:
         return {name: self._from_both_sides(name) for name in self.methods}
 
     def squared_errors(
-        self, reading: str = "gate learned", *, standardised: bool = False
+        self, subset: str = "gate learned", *, standardised: bool = False
     ) -> pd.DataFrame:
         """Compare predicted with searched policies, one row a test task.
 
         Parameters
         ----------
-        reading : {"gate learned", "chart known", "away from jumps", "beside jumps"}
+        subset : {"gate learned", "chart known", "away from jumps", "beside jumps"}
             Which chart a test task belongs to, and which test tasks count.
         standardised : bool, default=False
             Whether each dimension is divided by its variance over the grid first.
@@ -169,12 +169,12 @@ class Trial:
         Raises
         ------
         ValueError
-            If the reading is another.
+            If the subset is another.
         """
-        if reading not in READINGS:
-            raise ValueError(f"reading={reading!r}; wanted one of {READINGS}")
+        if subset not in TEST_SUBSETS:
+            raise ValueError(f"subset={subset!r}; wanted one of {TEST_SUBSETS}")
         predictions = dict(self._predictions)
-        if reading == "chart known" and "charts" in predictions:
+        if subset == "chart known" and "charts" in predictions:
             known = self._from_both_sides("charts", chart=self.known_charts)
             predictions["charts"] = known
         units = self.policies.var(axis=0) if standardised else 1.0
@@ -183,9 +183,9 @@ class Trial:
             for name, predicted in predictions.items()
         }
         table = pd.DataFrame(errors, index=self.test_table["task_deg"])
-        if reading == "away from jumps":
+        if subset == "away from jumps":
             return table[self.away_from_jumps]
-        return table[~self.away_from_jumps] if reading == "beside jumps" else table
+        return table[~self.away_from_jumps] if subset == "beside jumps" else table
 
     @cached_property
     def executed(self) -> pd.DataFrame:
@@ -226,3 +226,88 @@ class Trial:
             index="task_deg", columns="method", values=column, sort=False
         )
         return wide[list(self.methods)]
+
+
+class Measure(NamedTuple):
+    """What is measured of every method.
+
+    Attributes
+    ----------
+    key : str
+        Its name in result files.
+    name : str
+        What it is called in a table.
+    errors : callable
+        Takes a trial; one row a test task, one column a method.
+    unit : str
+        Of what it counts; policy weights have none.
+    has_ratio : bool
+        Whether methods are divided by each other; a share is often zero.
+    is_spread : bool
+        Whether it is the standard deviation over the test tasks, not their mean.
+    of : str
+        What the mean squared error is taken of.
+    """
+
+    key: str
+    name: str
+    errors: Callable[[Trial], pd.DataFrame]
+    unit: str = ""
+    has_ratio: bool = True
+    is_spread: bool = False
+    of: str = ""
+
+    @property
+    def label(self) -> str:
+        """What it is called, with its unit."""
+        return f"{self.name} ({self.unit})" if self.unit else self.name
+
+    @property
+    def axis(self) -> str:
+        """What an axis says."""
+        return f"mean squared error\nof {self.of}" if self.of else self.label
+
+
+_ERROR = partial(Trial.executed_by_method, column="error_cm")
+MEASURES = {
+    one.key: one
+    for one in (
+        *(
+            Measure(
+                f"mse, {subset}",
+                f"MSE, {subset}",
+                partial(Trial.squared_errors, subset=subset),
+                of=f"policies, {subset}",
+            )
+            for subset in TEST_SUBSETS
+        ),
+        Measure(
+            "standardised mse, gate learned",
+            "standardised MSE, gate learned",
+            partial(Trial.squared_errors, standardised=True),
+            of="standardised policies, gate learned",
+        ),
+        Measure("error_cm", "distance at the end", _ERROR, "cm"),
+        Measure(
+            "excess_cost",
+            "excess cost",
+            partial(Trial.executed_by_method, column="excess_cost"),
+        ),
+        Measure(
+            "under_1_cm", "under_1_cm", lambda trial: _ERROR(trial) < 1, has_ratio=False
+        ),
+        Measure(
+            "touched",
+            "touched",
+            partial(Trial.executed_by_method, column="touched"),
+            has_ratio=False,
+        ),
+        Measure(
+            "error_cm spread",
+            "spread of distances at the end",
+            _ERROR,
+            "cm",
+            is_spread=True,
+        ),
+    )
+}
