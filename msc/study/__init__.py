@@ -23,7 +23,6 @@ if TYPE_CHECKING:
         most_picked,
     )
     from msc.study._study import (
-        WORLDS,
         format_study,
         run_elbows,
         run_study,
