@@ -6,7 +6,7 @@ from figures import experiment
 
 from msc.plots import plot_execution, plot_manifold, slide_execution
 from msc.plots._execution import find_median
-from msc.plots._figures import COMPARED
+from msc.plots._manifold import COMPARED
 from msc.plots._study import name_measure
 from msc.plots._style import COLOURS
 

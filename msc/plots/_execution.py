@@ -10,7 +10,7 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
 
-from msc.plots._figures import COMPARED
+from msc.plots._manifold import COMPARED
 from msc.plots._marks import (
     FLAT,
     TASK_AXIS,

@@ -1,35 +1,97 @@
-"""Tables of what a study found, as the chapters show them."""
+"""Tables of what was stored, as the chapters show them."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from numbers import Integral
 from typing import Any
 
+import numpy as np
 import pandas as pd
 
 from msc.data import load_dataset
 from msc.estimates import Estimate, rounded
-from msc.study import draw_samples, find_cell
+from msc.learn import SELECTION_CRITERIA
+from msc.search import LOWER
+from msc.study import MEASURES, draw_samples, find_cell, most_picked
 
 WORLD_TITLES = {"free": "without obstacles", "obstacles": "with obstacles"}
 SIGNS = {"lower": "●", "undecided": "○", "higher": "✕"}  # of the charts' error
-PLAIN = {  # measures, where they are shown
-    "error_cm": "distance at the end (cm)",
-    "error_cm spread": "spread of distances at the end (cm)",
-    "excess_cost": "excess cost",
-}
 BASELINES = ("single regression", "CrKr", "nearest neighbour")
+PAPER_N_CHARTS = 4  # in either workspace
+
+Stored = dict[str, Any]  # a file of `data/results`
 
 
-def compare_cells(
-    study: dict[str, Any], design: str = "even", *, method: str = "charts"
+def lay_out(
+    columns: Mapping[Any, Any] | pd.DataFrame, rows: str | None = None
 ) -> pd.DataFrame:
-    """List every comparison of the charts with another method.
+    """Write the numbers of a table, with their intervals if they have one.
+
+    Parameters
+    ----------
+    columns : mapping or DataFrame
+        Cells are text, numbers, ratios that `compare` gives, mappings with
+        ``"median"``, ``"low"`` and ``"high"``, or None for what was left out.
+    rows : str, optional
+        What the rows are.
+
+    Returns
+    -------
+    DataFrame
+        The same as text.
+
+    Examples
+    --------
+    >>> found = {"median": 3.14159, "low": 2.5, "high": 1234.5}
+    >>> lay_out({"time (s)": {"one": found, "all": None}})["time (s)"].tolist()
+    ['3.14 (2.50–1,234)', 'left out']
+    """
+    whole = {head: pd.Series(column, dtype=object) for head, column in columns.items()}
+    table = pd.DataFrame(whole).map(_write)  # objects: a number may stay whole
+    return table if rows is None else table.rename_axis(rows)
+
+
+def _write(cell: Any) -> str:
+    """Write a cell, see `lay_out`; a ratio breaks before its interval, if at all."""
+    if cell is None:
+        return "left out"
+    if isinstance(cell, str):
+        return cell
+    if isinstance(cell, Estimate):
+        ratio, low, high = (rounded(one, 2) for one in (cell.value, *cell.bounds))
+        return f"{SIGNS[cell.verdict]}\N{NBSP}{ratio} [{low},\N{NBSP}{high}]"
+    if isinstance(cell, Mapping):
+        median, low, high = (_digits(cell[key]) for key in ("median", "low", "high"))
+        return f"{median} ({low}–{high})"
+    return "–" if np.isnan(cell) else _digits(cell)  # NaN: other rows have a result
+
+
+def _digits(number: float) -> str:
+    """Write three digits, of a large number all before the point."""
+    if isinstance(number, Integral) or number >= 100:
+        return f"{number:,.0f}"
+    return f"{number:#.3g}".rstrip(".")
+
+
+def comparisons(
+    study: Stored,
+    measure: str,
+    baseline: str,
+    *,
+    design: str = "even",
+    method: str = "charts",
+) -> dict[int, Estimate]:
+    """Find how the charts compare with another method, size by size.
 
     Parameters
     ----------
     study : dict
         Results of a study.
+    measure : str
+        Which error.
+    baseline : str
+        The other method.
     design : {"even", "uniform", "nonuniform"}, default="even"
         How training tasks were drawn.
     method : {"charts", "charts, Matérn"}, default="charts"
@@ -37,24 +99,17 @@ def compare_cells(
 
     Returns
     -------
-    DataFrame
-        Columns `n_samples`, `measure`, `baseline` and `comparison`, the last of
-        `msc.estimates.Estimate`.
+    dict from int to Estimate
+        Ratios by the number of training tasks.
     """
-    rows = [
-        (
-            cell["n_samples"],
-            ratio["measure"],
-            ratio["baseline"],
-            Estimate.read(ratio, "ratio"),
-        )
+    return {
+        cell["n_samples"]: Estimate.read(ratio, "ratio")
         for cell in study["cells"]
         if cell["design"] == design
         for ratio in cell["ratios"]
-        if ratio["method"] == method
-    ]
-    names = ["n_samples", "measure", "baseline", "comparison"]
-    return pd.DataFrame(rows, columns=names)
+        if (ratio["measure"], ratio["baseline"]) == (measure, baseline)
+        and ratio["method"] == method
+    }
 
 
 def comparison_table(*found: Estimate) -> pd.DataFrame:
@@ -70,13 +125,16 @@ def comparison_table(*found: Estimate) -> pd.DataFrame:
     DataFrame
         One row a comparison; the last column is as in `ratio_table`.
     """
-    rows = [(one.label, one.baseline, _cell(one)) for one in found]
-    names = ["measure", "charts over", "ratio [95 % interval]"]
-    return pd.DataFrame(rows, columns=names).set_index("measure")
+    columns = {
+        "charts over": [one.baseline for one in found],
+        "ratio [95 % interval]": found,
+    }
+    measures = pd.Index([one.label for one in found], name="measure")
+    return lay_out(columns).set_index(measures)
 
 
 def ratio_table(
-    *studies: dict[str, Any],
+    *studies: Stored,
     measures: Sequence[str],
     baselines: Sequence[str] = BASELINES,
     design: str = "even",
@@ -103,26 +161,20 @@ def ratio_table(
         One row a number of training tasks; one column a world, measure and baseline,
         as "ratio [low, high]" and a sign: ● lower, ✕ higher, ○ undecided.
     """
-    columns = {}
-    for study in studies:
-        cells = compare_cells(study, design, method=method)
-        for measure in measures:
-            for baseline in baselines:
-                chosen = (cells["measure"] == measure) & (cells["baseline"] == baseline)
-                here = cells[chosen].set_index("n_samples")["comparison"]
-                shown = PLAIN.get(measure, measure.replace("mse", "MSE"))
-                place = WORLD_TITLES[study["workspace"]], shown, baseline
-                columns[place] = here.map(_cell)
-    table = pd.DataFrame(columns).rename_axis("training tasks").fillna("–")
+    columns = {
+        (WORLD_TITLES[study["workspace"]], MEASURES[measure].label, baseline): (
+            comparisons(study, measure, baseline, design=design, method=method)
+        )
+        for study in studies
+        for measure in measures
+        for baseline in baselines
+    }
+    table = lay_out(columns, "training tasks")
     table.columns = table.columns.set_names(["", "", f"{method} over"])
-    many = [len({place[level] for place in columns}) > 1 for level in range(3)]
-    single: list[Any] = [level for level in (0, 1) if not many[level]]
-    return table.droplevel(single, axis=1)
+    return _without_same(table)
 
 
-def kernel_table(
-    *studies: dict[str, Any], measure: str = "mse, gate learned"
-) -> pd.DataFrame:
+def kernel_table(*studies: Stored, measure: str = "mse, gate learned") -> pd.DataFrame:
     """Show the charts' errors over the single regression's, by their kernels.
 
     Parameters
@@ -144,19 +196,29 @@ def kernel_table(
         "both rough": ("charts, Matérn", "single, Matérn"),
         "charts smooth, single rough": ("charts", "single, Matérn"),
     }
-    tables = {
-        (WORLD_TITLES[study["workspace"]], kernels): ratio_table(
-            study, measures=[measure], baselines=[baseline], method=method
-        )[baseline]
+    columns = {
+        (WORLD_TITLES[study["workspace"]], kernels): (
+            comparisons(study, measure, baseline, method=method)
+        )
         for study in studies
         for kernels, (method, baseline) in pairs.items()
     }
-    table = pd.DataFrame(tables).rename_axis("training tasks")
-    return table.droplevel(0, axis=1) if len(studies) == 1 else table
+    return _without_same(lay_out(columns, "training tasks"))
+
+
+def _without_same(table: pd.DataFrame) -> pd.DataFrame:
+    """Leave out the heads, the lowest excepted, that all columns have in common."""
+    heads = table.columns
+    same: list[Any] = [
+        level
+        for level in range(heads.nlevels - 1)
+        if heads.get_level_values(level).nunique() == 1
+    ]
+    return table.droplevel(same, axis=1)
 
 
 def sets_table(
-    study: dict[str, Any],
+    study: Stored,
     n_samples: int,
     *,
     measures: Sequence[str],
@@ -194,14 +256,14 @@ def sets_table(
             first, *bounds = map(
                 "{:.3g}".format, [errors[drawn], *errors.quantile([0, 0.5, 1])]
             )
-            rows[PLAIN.get(measure, measure), method] = [first, rank, *bounds]
+            rows[MEASURES[measure].label, method] = [first, rank, *bounds]
     names = ["set drawn", "its rank", "lowest", "median", "highest"]
     table = pd.DataFrame.from_dict(rows, orient="index", columns=names)
-    table.index = pd.MultiIndex.from_tuples(table.index, names=["", "of all sets"])
+    table.index = pd.MultiIndex.from_tuples(rows, names=["", "of all sets"])
     return table
 
 
-def gate_shares(*studies: dict[str, Any]) -> pd.DataFrame:
+def gate_shares(*studies: Stored) -> pd.DataFrame:
     """Split the charts' squared error into the regression's part and the gate's.
 
     Parameters
@@ -218,14 +280,15 @@ def gate_shares(*studies: dict[str, Any]) -> pd.DataFrame:
     """
     columns = {}
     for study in studies:
-        cells = [cell for cell in study["cells"] if cell["design"] == "even"]
-        sizes = [cell["n_samples"] for cell in cells]
         known, learned = (
             pd.Series(
-                [cell["measures"][f"mse, {way}"]["charts"]["mean"] for cell in cells],
-                sizes,
+                {
+                    cell["n_samples"]: cell["measures"][measure]["charts"]["mean"]
+                    for cell in study["cells"]
+                    if cell["design"] == "even"
+                }
             )
-            for way in ("chart known", "gate learned")
+            for measure in ("mse, chart known", "mse, gate learned")
         )
         world = WORLD_TITLES[study["workspace"]]
         columns[world, "regression (MSE, chart known)"] = known
@@ -233,7 +296,150 @@ def gate_shares(*studies: dict[str, Any]) -> pd.DataFrame:
     return pd.DataFrame(columns).rename_axis("training tasks")
 
 
-def _cell(found: Estimate) -> str:
-    """Write a comparison into a cell, which breaks before the interval, if at all."""
-    ratio, low, high = (rounded(one, 2) for one in (found.value, *found.bounds))
-    return f"{SIGNS[found.verdict]}\N{NBSP}{ratio} [{low},\N{NBSP}{high}]"
+def gate_table(*elbows: Stored) -> pd.DataFrame:
+    """Show how often each gate tells a held-out task's chart.
+
+    Parameters
+    ----------
+    *elbows : dict
+        What `msc evaluate` wrote, one a workspace.
+
+    Returns
+    -------
+    DataFrame
+        One row a workspace and number of training tasks: the number of training sets,
+        and for each gate its mean accuracy and on how many sets it is the best, ties
+        going to the first.
+    """
+    rows = {}
+    for measured in elbows:
+        for found in measured["gates"]:
+            accuracy, best = found["accuracy"], found["best"]
+            rows[measured["workspace"], found["n_samples"]] = {
+                "training sets": found["repetitions"],
+                **{name: f"{accuracy[name]:.2f} ({best[name]})" for name in accuracy},
+            }
+    table = pd.DataFrame.from_dict(rows, orient="index")
+    table.index = pd.MultiIndex.from_tuples(rows, names=["world", "training tasks"])
+    return table
+
+
+def elbow_table(*elbows: Stored, count: int = PAPER_N_CHARTS) -> pd.DataFrame:
+    """List which number of charts every reading picks, and how firmly.
+
+    Parameters
+    ----------
+    *elbows : dict
+        What `msc evaluate` wrote, one a workspace.
+    count : int, default=4
+        The number whose share is told.
+
+    Returns
+    -------
+    DataFrame
+        One row a reading; for each workspace the number picked on all tasks, the share
+        of the parts on which it picks `count`, and the number it picks most often with
+        the share of that, the last number considered excepted.
+    """
+    columns: dict[tuple[str, str], dict[str, str]] = {}
+    for measured in elbows:
+        world, n_parts = measured["workspace"], measured["n_resamples"]
+        picks, shares, most = (
+            columns.setdefault((world, head), {})
+            for head in ("picks", f"picks {count}", "most often")
+        )
+        for name, label in SELECTION_CRITERIA.items():
+            reading = measured["readings"][name]
+            often, share = most_picked(measured, name)
+            picks[label] = f"{reading['picked']}"
+            shares[label] = f"{reading['resampled'].get(f'{count}', 0) / n_parts:.0%}"
+            most[label] = f"{often} ({share:.0%})"
+    return pd.DataFrame(columns)
+
+
+def quality_table(*audits: Stored) -> pd.DataFrame:
+    """Put the outcome of audits beside one another.
+
+    Parameters
+    ----------
+    *audits : dict
+        What `audit_table` returned.
+
+    Returns
+    -------
+    DataFrame
+        One column an audit.
+    """
+    columns = {}
+    for audit in audits:
+        executed, searched = audit["executed"], audit["searched"]
+        changes = np.array(searched["change_of_cost"])
+        found = {
+            "policies": audit["n_tasks"],
+            "executed again: identical distances": executed["identical"],
+            "largest difference (m)": executed["largest_difference_m"],
+            "searched again": len(changes),
+            "cheaper by more than 0.5 %": searched["n_cheaper"],
+            "largest gain (%)": round(100 * max(0.0, -changes.min()), 4),
+            "not found again (dearer by more than 0.5 %)": int((changes > LOWER).sum()),
+            "large steps, the cut's included": len(audit["jumps"]),
+            "of these jumps": sum(jump["is_jump"] for jump in audit["jumps"]),
+        }
+        columns[audit["table"]] = pd.Series(found, dtype=object)
+    return pd.DataFrame(columns)
+
+
+def jump_table(audit: Stored) -> pd.DataFrame:
+    """List the large steps that an audit bisected.
+
+    Parameters
+    ----------
+    audit : dict
+        What `audit_table` returned.
+
+    Returns
+    -------
+    DataFrame
+        One row a step: where (degrees), how large at first and at last, the verdict.
+    """
+    return pd.DataFrame(
+        [
+            {
+                "after (degrees)": jump["between_deg"][0],
+                "located between (degrees)": "{:.10g} and {:.10g}".format(
+                    *jump["located_deg"]
+                ),
+                "step": jump["step_sizes"][0],
+                "step there": jump["step_sizes"][-1],
+                "jump": jump["is_jump"],
+            }
+            for jump in audit["jumps"]
+        ]
+    )
+
+
+def confirmed_jumps(audit: Stored) -> list[int]:
+    """Return where bisection confirmed a jump, that at the cut not counted.
+
+    Parameters
+    ----------
+    audit : dict
+        What `audit_table` returned, of a table whose tasks begin at 0°.
+
+    Returns
+    -------
+    list of int
+        Indices i of tasks for which the step to the next is a jump.
+
+    Examples
+    --------
+    >>> steps = [([14.0, 15.0], True), ([93.0, 94.0], False), ([359.0, 360.0], True)]
+    >>> jumps = [{"between_deg": at, "is_jump": found} for at, found in steps]
+    >>> confirmed_jumps({"n_tasks": 360, "jumps": jumps})
+    [14]
+    """
+    return [
+        round(jump["between_deg"][0] * audit["n_tasks"] / 360)
+        for jump in audit["jumps"]
+        if jump["is_jump"] and jump["between_deg"][1] < 360
+    ]
