@@ -12,7 +12,7 @@ from tqdm import tqdm
 import msc.search._policy
 from msc import DMP, SMCE, ParameterizedSkill, Workspace, load_dataset
 from msc.robot import cached_arm
-from msc.search import Plan, grid, search_tasks
+from msc.search import SweepPlan, grid, search_tasks
 from msc.study import take_evenly
 
 SEED = 0
@@ -72,7 +72,7 @@ def run(
     workspace: Workspace, n_tasks: int, n_starts: int, workers: int
 ) -> dict[str, Any]:
     """Search a whole circle of tasks, consistency pass included."""
-    plan = Plan(workspace, grid(n_tasks), SEED, n_starts)
+    plan = SweepPlan(workspace, grid(n_tasks), SEED, n_starts)
     begun = time.perf_counter()
     table = search_tasks(plan, jobs=workers, progress=True)
     seconds = time.perf_counter() - begun

@@ -6,7 +6,7 @@ import msc.search._bisection
 from msc import SearchResult, Workspace, load_dataset
 from msc.data import find_data, save_table
 from msc.plots import jump_table, quality_table
-from msc.search import Plan, audit_table, grid, search_tasks
+from msc.search import SweepPlan, audit_table, grid, search_tasks
 from msc.search._audit import _find_workspace
 from msc.search._bisection import bisect, bisect_jumps
 
@@ -19,7 +19,7 @@ def table(tmp_path_factory):
     patch = pytest.MonkeyPatch()
     patch.setattr("msc.search._cmaes.MAX_EVALUATIONS", 18)
     path = tmp_path_factory.mktemp("data") / "free.csv"
-    found = search_tasks(Plan(free, grid(4), seed=0, n_starts=1))
+    found = search_tasks(SweepPlan(free, grid(4), seed=0, n_starts=1))
     save_table(found, path, command="msc search", seed=0)
     patch.undo()
     return path

@@ -18,11 +18,11 @@ import msc.search._sweep
 from msc import SearchResult, Workspace
 from msc.cli import main
 from msc.data._tables import COLUMNS
-from msc.search import Plan, grid, search_tasks
+from msc.search import SweepPlan, grid, search_tasks
 from msc.search._cmaes import CmaRun
 from msc.search._journal import Journal
 
-plan = Plan(Workspace.free(), grid(4), seed=0, n_starts=1)
+plan = SweepPlan(Workspace.free(), grid(4), seed=0, n_starts=1)
 twofold = replace(plan, n_starts=2)
 
 # A module that cuts searches short, in worker processes too.
@@ -151,7 +151,7 @@ def made_up_search(depths):
         k = round(task * len(depths) / 360)
         basins = [int(policy[0]) for policy in start_policies]
         calls.append((k, basins, n_starts, incumbent is not None))
-        starts = list(incumbent.starts) if incumbent else []
+        starts = list(incumbent.runs) if incumbent else []
         n_before = sum(start.name.startswith("start") for start in starts)
         new = [(f"given {i}", basin) for i, basin in enumerate(basins)]
         for number in range(n_before, n_before + n_starts):

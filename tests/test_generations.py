@@ -29,23 +29,23 @@ def recordings():
 
 def bits(start):
     found = start.policy.tobytes(), start.cost
-    return start.name, *found, start.evaluations, start.joined
+    return start.name, *found, start.evaluations, start.merged_into
 
 
 def test_the_recorded_search_is_the_search(recordings):
     found = search_policy(world, TASK, seed=3, n_starts=2)
-    assert [bits(run.start) for run in recordings] == [bits(s) for s in found.starts]
+    assert [bits(run.run) for run in recordings] == [bits(s) for s in found.runs]
 
 
 def test_all_that_was_tried_is_kept_with_what_it_did(recordings):
     for run in recordings:
         n_generations = len(run.costs)
         assert run.policies.shape == (n_generations, 9, 6)
-        assert run.evaluations[-1] == run.start.evaluations == 9 * n_generations
+        assert run.evaluations[-1] == run.run.evaluations == 9 * n_generations
         assert (np.diff(run.best_costs) <= 0).all()
-        assert run.best_costs[-1] == run.start.cost == run.costs.min()
+        assert run.best_costs[-1] == run.run.cost == run.costs.min()
         best = np.unravel_index(run.costs.argmin(), run.costs.shape)
-        np.testing.assert_array_equal(run.policies[best], run.start.policy)
+        np.testing.assert_array_equal(run.policies[best], run.run.policy)
         with Arm(world) as arm:
             rollout = arm.execute(run.policies[2, 4], TASK)
         assert run.costs[2, 4] == cost(rollout)
@@ -64,7 +64,7 @@ def test_the_picture_has_a_line_a_start_and_a_panel_a_generation(recordings):
     assert titles[:3] == ["generation 1", "generation 5", "generation 19"]
     lines = {line.get_label(): line.get_ydata() for line in costs.lines}
     for run in recordings:
-        np.testing.assert_array_equal(lines[run.start.name], run.best_costs)
+        np.testing.assert_array_equal(lines[run.run.name], run.best_costs)
 
 
 def test_the_slider_goes_from_the_first_generation_to_the_last(recordings):

@@ -12,11 +12,11 @@ import pytest
 
 import msc.search._journal
 from msc import SearchResult, Workspace
-from msc.search import Plan, grid
+from msc.search import SweepPlan, grid
 from msc.search._cmaes import CmaRun
 from msc.search._journal import Journal
 
-plan = Plan(Workspace.free(), grid(4), seed=0, n_starts=1)
+plan = SweepPlan(Workspace.free(), grid(4), seed=0, n_starts=1)
 
 # Holds a journal, and so does a child that outlives it if it inherits the lock.
 HOLDER = """
@@ -134,7 +134,7 @@ def test_what_follows_a_torn_line_is_dropped_with_it(path):
 def entries(lines):
     """Make lines that are JSON, and none of this journal's, out of one that is."""
     entry = json.loads(lines[1])
-    start, *others = entry["result"]["starts"]
+    start, *others = entry["result"]["runs"]
     changed = [
         {"k": 7},
         {"k": "1"},
@@ -146,7 +146,7 @@ def entries(lines):
         {"result": {**entry["result"], "cost": 0.0}},
         {"result": {**entry["result"], "policy": "none"}},
         {"result": {**entry["result"], "more": 1}},
-        {"result": {**entry["result"], "starts": [{**start, "joined": 5}, *others]}},
+        {"result": {**entry["result"], "runs": [{**start, "merged_into": 5}, *others]}},
         {"digest": 64 * "0"},
         {"digest": None},
     ]

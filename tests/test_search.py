@@ -11,7 +11,7 @@ import msc.search._policy
 from msc import DMP, Arm, Rollout, SearchResult, Workspace, search_policy
 from msc.robot import forward_kinematics
 from msc.search import cost, initial_covariance
-from msc.search._cmaes import CmaRun, minimise
+from msc.search._cmaes import CmaRun, minimize
 from msc.search._policy import random_start
 
 free = Workspace.free()
@@ -25,8 +25,8 @@ def few_evaluations(monkeypatch):
 
 def bits(result):
     runs = [
-        (one.name, one.policy.tobytes(), one.cost, one.evaluations, one.joined)
-        for one in result.starts
+        (one.name, one.policy.tobytes(), one.cost, one.evaluations, one.merged_into)
+        for one in result.runs
     ]
     measured = result.cost, result.error, result.energy, result.contact_impulse
     return runs, result.policy.tobytes(), measured
@@ -47,7 +47,7 @@ def test_a_result_costs_what_its_policy_does(name):
     found = search_policy(world, 200, seed=0, n_starts=2, start_policies=[rough])
     with Arm(world) as arm:
         rollout = arm.execute(found.policy, 200)
-    assert found.cost == cost(rollout) == min(one.cost for one in found.starts)
+    assert found.cost == cost(rollout) == min(one.cost for one in found.runs)
     assert (found.error, found.energy) == (rollout.error, rollout.energy)
     assert found.contact_impulse == rollout.contact_impulse
 
@@ -90,7 +90,7 @@ def test_every_run_draws_numbers_of_its_own(monkeypatch):
         drawn.append(rng.standard_normal())
         return CmaRun(name, mean, 1.0, 9)
 
-    monkeypatch.setattr(msc.search._policy, "minimise", draw)
+    monkeypatch.setattr(msc.search._policy, "minimize", draw)
     for seed in (0, 1):
         for task in (0, 0.125, 90, 359.875):
             options = {"n_starts": 3, "start_policies": [rough, rough]}
@@ -111,9 +111,9 @@ def test_the_first_start_is_the_zero_policy_and_the_others_are_anywhere():
 
 def test_every_start_is_kept():
     found = search_policy(free, 90, seed=0, n_starts=3)
-    assert [one.name for one in found.starts] == ["start 0", "start 1", "start 2"]
-    assert found.evaluations == sum(one.evaluations for one in found.starts)
-    assert len({one.policy.tobytes() for one in found.starts}) == 3
+    assert [one.name for one in found.runs] == ["start 0", "start 1", "start 2"]
+    assert found.evaluations == sum(one.evaluations for one in found.runs)
+    assert len({one.policy.tobytes() for one in found.runs}) == 3
 
 
 def test_given_policies_come_first_and_are_searched_around(monkeypatch):
@@ -121,8 +121,8 @@ def test_given_policies_come_first_and_are_searched_around(monkeypatch):
     given = [rough, -rough]
     found = search_policy(free, 90, seed=0, n_starts=2, start_policies=given)
     names = ["given 0", "given 1", "start 0", "start 1"]
-    assert [one.name for one in found.starts] == names
-    for start, policy in zip(found.starts, given, strict=False):
+    assert [one.name for one in found.runs] == names
+    for start, policy in zip(found.runs, given, strict=False):
         assert 0 < np.linalg.norm(start.policy - policy) < 5
     only = search_policy(free, 90, seed=0, n_starts=0, start_policies=[rough])
     assert only.winner == "given 0"
@@ -133,7 +133,7 @@ def test_independent_starts_are_numbered_on_from_those_before():
     again = search_policy(
         free, 90, seed=0, n_starts=1, start_policies=[-rough], incumbent=found
     )
-    assert [one.name for one in again.starts[3:]] == ["given 0", "start 2"]
+    assert [one.name for one in again.runs[3:]] == ["given 0", "start 2"]
     assert bits(again)[0][:3] == bits(found)[0]
 
 
@@ -146,7 +146,7 @@ def test_what_is_found_never_gets_worse():
         assert better.cost <= found.cost
         assert bits(better)[0][:-1] == bits(found)[0]
         found = better
-    assert len(found.starts) == 4
+    assert len(found.runs) == 4
 
 
 def test_an_incumbent_of_another_task_is_refused():
@@ -178,48 +178,53 @@ narrow = 0.003 * np.eye(6)
 def run(mean, known, *, shape=narrow, seed=0):
     """Run CMA-ES from a policy."""
     rng = np.random.default_rng(seed)
-    return minimise(flat, np.asarray(mean), 1.0, rng, shape, known=known)
+    return minimize(flat, np.asarray(mean), 1.0, rng, shape, known=known)
 
 
 def test_a_run_joins_the_policy_that_it_comes_upon():
     known = CmaRun("a", -rough, 0.0, 9), CmaRun("b", rough, 0.0, 9)
-    assert run(rough, known).joined == 1
+    assert run(rough, known).merged_into == 1
     assert run(rough, known).evaluations == 9
-    assert run(-rough, known).joined == 0
-    assert run(9 * rough, known).joined == -1
+    assert run(-rough, known).merged_into == 0
+    assert run(9 * rough, known).merged_into == -1
     assert run(9 * rough, known).evaluations == 45
-    assert run(rough, ()).joined == -1
+    assert run(rough, ()).merged_into == -1
 
 
 def test_a_run_that_joins_a_joined_run_joins_the_first():
     known = [CmaRun("a", rough, 0.0, 9)]
     for factor in (1.04, 1.08, 1.12):
         known.append(run(factor * rough, known))
-    assert [one.joined for one in known] == [-1, 0, 0, 0]
-    assert run(1.12 * rough, known[:1]).joined == -1
+    assert [one.merged_into for one in known] == [-1, 0, 0, 0]
+    assert run(1.12 * rough, known[:1]).merged_into == -1
 
 
-@pytest.mark.parametrize(("share", "joined"), [(0.048, 0), (0.052, -1)])
-def test_near_is_a_twentieth_of_the_known_policy_s_norm(share, joined, monkeypatch):
+@pytest.mark.parametrize(("share", "merged_into"), [(0.048, 0), (0.052, -1)])
+def test_near_is_a_twentieth_of_the_known_policy_s_norm(
+    share, merged_into, monkeypatch
+):
     monkeypatch.setattr(msc.search._cmaes, "MAX_EVALUATIONS", 8)
-    assert run((1 + share) * rough, [CmaRun("a", rough, 0.0, 9)]).joined == joined
+    assert (
+        run((1 + share) * rough, [CmaRun("a", rough, 0.0, 9)]).merged_into
+        == merged_into
+    )
 
 
 def test_a_near_but_cheaper_run_is_not_stopped():
     found = run(rough, [CmaRun("a", rough, 1.01, 9)])
-    assert (found.joined, found.evaluations) == (-1, 45)
+    assert (found.merged_into, found.evaluations) == (-1, 45)
 
 
-@pytest.mark.parametrize(("share", "joined"), [(0.045, 0), (0.065, -1)])
+@pytest.mark.parametrize(("share", "merged_into"), [(0.045, 0), (0.065, -1)])
 def test_a_run_that_looks_farther_in_one_direction_is_not_near(
-    share, joined, monkeypatch
+    share, merged_into, monkeypatch
 ):
     monkeypatch.setattr(msc.search._cmaes, "MAX_EVALUATIONS", 8)
     widths = share * np.linalg.norm(rough) * np.array([1, 0, 0, 0, 0, 0])
     shape = np.diag(widths) + 1e-3 * np.eye(6)
     known = [CmaRun("a", rough, 0.0, 9)]
     found = run(rough, known, shape=shape, seed=4)  # whose middle moves little
-    assert found.joined == joined
+    assert found.merged_into == merged_into
 
 
 @pytest.mark.parametrize(("paid", "evaluations"), [(0.49, 27), (0.51, 45)])
@@ -228,7 +233,7 @@ def test_a_run_twice_as_dear_as_a_known_one_is_given_up(paid, evaluations, monke
     known = CmaRun("a", 9 * rough, paid, 9), CmaRun("b", -9 * rough, 5.0, 9)
     found = run(rough, known)
     assert found.cost == pytest.approx(1, abs=0.01)
-    assert (found.joined, found.evaluations) == (-1, evaluations)
+    assert (found.merged_into, found.evaluations) == (-1, evaluations)
 
 
 def test_a_search_lets_runs_join_those_before():
@@ -243,19 +248,19 @@ def test_a_search_lets_runs_join_those_before():
         start_policies=[far, 2.02 * far, -far, -far],
         incumbent=known,
     )
-    assert [one.joined for one in again.starts] == [-1, 0, 0, 0, -1, -1]
+    assert [one.merged_into for one in again.runs] == [-1, 0, 0, 0, -1, -1]
     assert again.n_agreeing == 4
-    assert again.starts[2].evaluations < again.starts[4].evaluations
+    assert again.runs[2].evaluations < again.runs[4].evaluations
 
 
 # What the starts say together
 
 
 def result(*ends):
-    """Make a result of starts, each from (multiple of `rough`, cost, joined)."""
+    """Make a result of starts, each from (multiple of `rough`, cost, merged_into)."""
     starts = tuple(
-        CmaRun(f"start {number}", factor * rough, cost, 9, *joined)
-        for number, (factor, cost, *joined) in enumerate(ends)
+        CmaRun(f"start {number}", factor * rough, cost, 9, *merged_into)
+        for number, (factor, cost, *merged_into) in enumerate(ends)
     )
     best = min(starts, key=lambda start: start.cost)
     return SearchResult(30, best.policy, best.cost, 0.0, 0.0, 0.0, starts)
@@ -277,7 +282,7 @@ def test_the_margin_is_to_the_best_run_that_ended_elsewhere():
 def test_without_a_run_that_ended_elsewhere_there_is_no_margin():
     for found in (result((1, 1.0)), result((1, 1.0), (1.009, 1.1), (3, 9.0, 1))):
         assert math.isnan(found.margin)
-        assert found.n_agreeing == len(found.starts)
+        assert found.n_agreeing == len(found.runs)
 
 
 ends = st.tuples(st.sampled_from([1, 1.009, 1.02, -1]), st.floats(1, 2))

@@ -33,7 +33,7 @@ def _add_search(commands: Commands) -> None:
 
 def _run_search(options: argparse.Namespace) -> None:
     """Search and write a table; go on where an interrupted search stopped."""
-    from msc.search import Plan, grid, search_tasks
+    from msc.search import SweepPlan, grid, search_tasks
 
     guide: tuple[tuple[float, tuple[float, ...]], ...] = ()
     if options.guide:
@@ -41,7 +41,7 @@ def _run_search(options: argparse.Namespace) -> None:
         guide = tuple(
             zip(known["task_deg"], map(tuple, policies.tolist()), strict=True)
         )
-    plan = Plan(
+    plan = SweepPlan(
         Workspace.named(options.workspace),
         grid(options.tasks, options.offset),
         options.seed,

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     )
     from msc.data._tables import (
         WEIGHTS,
+        Dataset,
         find_data,
         load_dataset,
         read_package,

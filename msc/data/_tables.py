@@ -12,7 +12,7 @@ import platform
 import re
 from importlib import metadata
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -69,9 +69,30 @@ def find_data() -> Path:
     )
 
 
-def load_dataset(
-    name: str | Path,
-) -> tuple[NDArray[np.float64], NDArray[np.float64], pd.DataFrame]:
+class Dataset(NamedTuple):
+    """Searched policies, as ``tasks, policies, table``.
+
+    Attributes
+    ----------
+    tasks : ndarray of shape (n_tasks, 1)
+        Task angles in radians, counted from the cut: in [0, 2π), ascending.
+    policies : ndarray of shape (n_tasks, n_params)
+        Their policies.
+    table : DataFrame
+        All columns, in degrees and metres.
+    """
+
+    tasks: NDArray[np.float64]
+    policies: NDArray[np.float64]
+    table: pd.DataFrame
+
+    @property
+    def task_deg(self) -> NDArray[np.float64]:
+        """Task angles in degrees, exactly as in the table, of shape (n_tasks,)."""
+        return self.table["task_deg"].to_numpy()
+
+
+def load_dataset(name: str | Path) -> Dataset:
     """Load searched policies.
 
     Parameters
@@ -82,12 +103,9 @@ def load_dataset(
 
     Returns
     -------
-    tasks : ndarray of shape (n_tasks, 1)
-        Task angles in radians, counted from the cut: in [0, 2π), ascending.
-    policies : ndarray of shape (n_tasks, n_params)
-        Their policies.
-    table : DataFrame
-        All columns, in degrees and metres.
+    Dataset
+        A named tuple of tasks (radians), policies and the whole table; its `task_deg`
+        are the tasks in degrees, exactly as in the table.
 
     Raises
     ------
@@ -142,7 +160,7 @@ def load_dataset(
         )
     table = table.sort_values("task_deg", ignore_index=True)
     tasks = np.deg2rad(table[["task_deg"]].to_numpy())
-    return tasks, table[list(WEIGHTS)].to_numpy(), table
+    return Dataset(tasks, table[list(WEIGHTS)].to_numpy(), table)
 
 
 def _numbers(table: pd.DataFrame, file: str) -> dict[str, pd.Series]:

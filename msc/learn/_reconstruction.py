@@ -249,14 +249,12 @@ def solve_qps(columns: Array, penalty: Array) -> Array:
             )
             residuals = dual_residual[go], primal_residual[go]
             newton = _newton(x, s, residuals, gram, floor)
-            affine_x, affine_s, _ = newton(
-                -x * s
-            )  # alg. 16.4: the predictor, sigma = 0
+            affine_x, affine_s, _ = newton(-x * s)  # alg. 16.4, predictor
             ahead_x = x + _longest(x, affine_x) * affine_x
             ahead_s = s + _longest(s, affine_s) * affine_s
             sigma = (_dot(ahead_x, ahead_s) / gap) ** 3
             target = sigma * gap / x.shape[1] - x * s - affine_x * affine_s
-            step_x, step_s, step_multiplier = newton(target)  # alg. 16.4: the corrector
+            step_x, step_s, step_multiplier = newton(target)  # alg. 16.4, corrector
             length = 0.995 * np.minimum(_longest(x, step_x), _longest(s, step_s))
             x, s = x + length * step_x, s + length * step_s
             multiplier = multiplier + length * step_multiplier

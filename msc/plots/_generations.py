@@ -174,7 +174,5 @@ def _draw_costs(axis: Axes, recording: SearchTrace, colour: str) -> None:
     spent = recording.evaluations
     every = np.repeat(spent, recording.costs.shape[1])
     axis.plot(every, recording.costs.ravel(), ".", ms=1.5, alpha=0.25, color=colour)
-    axis.plot(
-        spent, recording.best_costs, color=colour, lw=2, label=recording.start.name
-    )
+    axis.plot(spent, recording.best_costs, color=colour, lw=2, label=recording.run.name)
     axis.plot(spent[-1], recording.best_costs[-1], "o", ms=5, color=colour, mec="white")

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
         search_policy,
     )
     from msc.search._sweep import (
-        Plan,
+        SweepPlan,
         grid,
         search_tasks,
     )

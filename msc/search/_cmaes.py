@@ -24,18 +24,18 @@ Costs = Callable[[NDArray[np.float64]], list[float]]
 class CmaRun:
     """One run of CMA-ES: its name, what it found, what that took.
 
-    A run that came near the policy of an earlier one is stopped there: `joined` is the
-    number of that one, else -1.
+    A run that came near the policy of an earlier one is stopped there: `merged_into` is
+    the number of that one, else -1.
     """
 
     name: str
     policy: NDArray[np.float64]
     cost: float
     evaluations: int
-    joined: int = -1
+    merged_into: int = -1
 
 
-def minimise(
+def minimize(
     costs: Costs,
     mean: NDArray[np.float64],
     step: float,
@@ -90,9 +90,9 @@ def minimise(
     policies = np.array([start.policy for start in known])
     reach = NEAR * np.linalg.norm(policies, axis=-1)
     paid = np.array([start.cost for start in known])
-    policy, best, joined = mean, np.inf, -1
+    policy, best, merged_into = mean, np.inf, -1
     earlier = [np.inf] * STALLED  # best costs after the last generations
-    while joined < 0 and not strategy.stop():
+    while merged_into < 0 and not strategy.stop():
         asked = np.array(strategy.ask())
         tried = mean + asked @ shape.T
         values = costs(tried)
@@ -108,8 +108,9 @@ def minimise(
             apart = np.linalg.norm(policies - middle, axis=1)
             near = (np.maximum(spread, apart) < reach) & (best >= paid)
             if near.any():
-                joined = int(near.argmax())
-                joined = joined if known[joined].joined < 0 else known[joined].joined
+                nearest = int(near.argmax())
+                first = known[nearest].merged_into
+                merged_into = first if first >= 0 else nearest
             if strategy.countevals >= PATIENCE and best > 2 * paid.min():
                 break
-    return CmaRun(name, policy, float(best), strategy.countevals, joined)
+    return CmaRun(name, policy, float(best), strategy.countevals, merged_into)

@@ -22,7 +22,7 @@ from msc.robot import (
     inverse_kinematics,
     random_circles,
 )
-from msc.search._cmaes import CmaRun, Costs, minimise
+from msc.search._cmaes import CmaRun, Costs, minimize
 from msc.search._policy import (
     ENERGY_WEIGHT,
     ERROR_WEIGHT,
@@ -131,7 +131,7 @@ def _look_at(layout: int, n_tasks: int, seed: int) -> dict[str, Any]:
             step = FIRST_STEP * dmp.spring
             cost = _planned_cost(world, dmp, task)
             shape = initial_covariance(world, task, dmp)
-            found.append(minimise(cost, mean, step, rng, shape, known=found))
+            found.append(minimize(cost, mean, step, rng, shape, known=found))
         best.append(min(found, key=lambda start: start.cost))
     for k in [*range(n_tasks), *range(n_tasks)]:
         rng = np.random.default_rng([seed, layout, 1, k])
@@ -139,7 +139,7 @@ def _look_at(layout: int, n_tasks: int, seed: int) -> dict[str, Any]:
             cost = _planned_cost(world, dmp, tasks[k])
             step = SMALL_STEP * dmp.spring
             shape = initial_covariance(world, tasks[k], dmp)
-            start = minimise(cost, neighbour.policy, step, rng, shape, known=[best[k]])
+            start = minimize(cost, neighbour.policy, step, rng, shape, known=[best[k]])
             best[k] = min(best[k], start, key=lambda start: start.cost)
     policies = np.array([start.policy for start in best])
     jumps = find_jumps(tasks, policies)

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from msc.robot import DMP, Arm, Workspace, cached_arm
-from msc.search._cmaes import CmaRun, minimise
+from msc.search._cmaes import CmaRun, minimize
 from msc.search._policy import (
     FIRST_STEP,
     cost,
@@ -28,8 +28,8 @@ class SearchTrace:
 
     Attributes
     ----------
-    start : CmaRun
-        What was found, the same as in `SearchResult.starts`.
+    run : CmaRun
+        What was found, the same as in `SearchResult.runs`.
     policies : ndarray of shape (n_generations, n_policies, n_params)
         Weights of Eq. 7, in the order in which they were tried.
     costs : ndarray of shape (n_generations, n_policies)
@@ -38,7 +38,7 @@ class SearchTrace:
         What the arm did (rad).
     """
 
-    start: CmaRun
+    run: CmaRun
     policies: NDArray[np.float64]
     costs: NDArray[np.float64]
     joints: NDArray[np.float64]
@@ -87,8 +87,8 @@ def record_search(
 
     Examples
     --------
-    >>> [run] = record_search(Workspace.free(), 200, seed=1, n_starts=1)
-    >>> bool(run.best_costs[-1] == run.start.cost < run.best_costs[0])
+    >>> [trace] = record_search(Workspace.free(), 200, seed=1, n_starts=1)
+    >>> bool(trace.best_costs[-1] == trace.run.cost < trace.best_costs[0])
     True
     """
     if n_starts < 1:
@@ -96,21 +96,21 @@ def record_search(
     dmp = DMP()
     shape = initial_covariance(workspace, task_deg, dmp)
     arm = cached_arm(workspace, dmp)
-    recordings: list[SearchTrace] = []
+    traces: list[SearchTrace] = []
     for number in range(n_starts):
         tape = _Tape(arm, task_deg)
         rng = start_generator(seed, task_deg, number)
-        start = minimise(
+        run = minimize(
             tape,
             random_start(number, dmp, rng),
             FIRST_STEP * dmp.spring,
             rng,
             shape,
             name=f"start {number}",
-            known=[recording.start for recording in recordings],
+            known=[trace.run for trace in traces],
         )
-        recordings.append(SearchTrace(start, *tape.arrays()))
-    return recordings
+        traces.append(SearchTrace(run, *tape.arrays()))
+    return traces
 
 
 class _Tape:

@@ -142,11 +142,10 @@ class Journal:
 
 def _result(entry: dict[str, Any]) -> SearchResult:
     """Rebuild a result from its JSON."""
-    starts = tuple(
-        CmaRun(**{**start, "policy": np.array(start["policy"])})
-        for start in entry["starts"]
+    runs = tuple(
+        CmaRun(**{**run, "policy": np.array(run["policy"])}) for run in entry["runs"]
     )
-    fields = {**entry, "policy": np.array(entry["policy"]), "starts": starts}
+    fields = {**entry, "policy": np.array(entry["policy"]), "runs": runs}
     return SearchResult(**fields)
 
 

@@ -16,7 +16,7 @@ from msc.robot import (
     check_policies,
     forward_kinematics,
 )
-from msc.search._cmaes import CmaRun, minimise
+from msc.search._cmaes import CmaRun, minimize
 
 ERROR_WEIGHT = 100.0  # 1/m²
 ENERGY_WEIGHT = 0.005  # s/rad²
@@ -38,7 +38,7 @@ class SearchResult:
         Its cost, see `cost`.
     error, energy, contact_impulse : float
         What its rollout measured, see `Rollout`.
-    starts : tuple of CmaRun
+    runs : tuple of CmaRun
         All runs of CMA-ES, in order; the cheapest gave the policy.
     """
 
@@ -48,51 +48,48 @@ class SearchResult:
     error: float
     energy: float
     contact_impulse: float
-    starts: tuple[CmaRun, ...]
+    runs: tuple[CmaRun, ...]
 
     @property
     def evaluations(self) -> int:
         """Rollouts spent, over all starts."""
-        return sum(start.evaluations for start in self.starts)
+        return sum(run.evaluations for run in self.runs)
 
     @property
     def winner(self) -> str:
-        """Name of the start that gave the policy."""
-        return self.starts[self._best].name
+        """Name of the run that gave the policy."""
+        return self.runs[self._best].name
 
     @property
     def n_agreeing(self) -> int:
         """Starts that ended at the policy, or were stopped on their way to it."""
-        return len(self.starts) - len(self._others)
+        return len(self.runs) - len(self._others)
 
     @property
     def margin(self) -> float:
-        """Cost of the best start that ended elsewhere, over the policy's; NaN if none.
+        """Cost of the best run that ended elsewhere, over the policy's; NaN if none.
 
         A small margin tells of two behaviours that are nearly tied.
         """
-        costs = [start.cost for start in self._others]
+        costs = [run.cost for run in self._others]
         return min(costs) - self.cost if costs else float("nan")
 
     @property
     def _best(self) -> int:
-        """Number of the start that gave the policy."""
-        costs = [start.cost for start in self.starts]
+        """Number of the run that gave the policy."""
+        costs = [run.cost for run in self.runs]
         return costs.index(min(costs))
 
     @property
     def _others(self) -> list[CmaRun]:
         """Starts that did not end at the policy."""
-        ends = [k if s.joined < 0 else s.joined for k, s in enumerate(self.starts)]
+        ends = [
+            number if run.merged_into < 0 else run.merged_into
+            for number, run in enumerate(self.runs)
+        ]
         reach = SAME * np.linalg.norm(self.policy)
-        there = [
-            np.linalg.norm(start.policy - self.policy) <= reach for start in self.starts
-        ]
-        return [
-            start
-            for start, end in zip(self.starts, ends, strict=True)
-            if not there[end]
-        ]
+        there = [np.linalg.norm(run.policy - self.policy) <= reach for run in self.runs]
+        return [run for run, end in zip(self.runs, ends, strict=True) if not there[end]]
 
 
 def cost(rollout: Rollout) -> float:
@@ -162,8 +159,8 @@ def search_policy(
     True
     """
     dmp = dmp or DMP()
-    starts = list(incumbent.starts) if incumbent else []
-    if n_starts < 0 or n_starts + len(start_policies) + len(starts) == 0:
+    runs = list(incumbent.runs) if incumbent else []
+    if n_starts < 0 or n_starts + len(start_policies) + len(runs) == 0:
         raise ValueError(
             f"n_starts={n_starts} with {len(start_policies)} start_policies; "
             "wanted at least one start"
@@ -185,9 +182,9 @@ def search_policy(
         return [cost(rollout) for rollout in arm.execute_many(policies, task_deg)]
 
     shape = initial_covariance(workspace, task_deg, dmp)
-    n_before = sum(start.name.startswith("start") for start in starts)
+    n_before = sum(run.name.startswith("start") for run in runs)
     for number in range(len(given) + n_starts):
-        rng = start_generator(seed, task_deg, len(starts))
+        rng = start_generator(seed, task_deg, len(runs))
         if number < len(given):
             name, mean = f"given {number}", given[number]
             step = SMALL_STEP * dmp.spring
@@ -195,8 +192,8 @@ def search_policy(
             fresh = n_before + number - len(given)
             name, mean = f"start {fresh}", random_start(fresh, dmp, rng)
             step = FIRST_STEP * dmp.spring
-        starts.append(minimise(costs, mean, step, rng, shape, name=name, known=starts))
-    best = min(starts, key=lambda start: start.cost)
+        runs.append(minimize(costs, mean, step, rng, shape, name=name, known=runs))
+    best = min(runs, key=lambda run: run.cost)
     rollout = arm.execute(best.policy, task_deg)
     return SearchResult(
         task_deg=float(task_deg),
@@ -205,7 +202,7 @@ def search_policy(
         error=rollout.error,
         energy=rollout.energy,
         contact_impulse=rollout.contact_impulse,
-        starts=tuple(starts),
+        runs=tuple(runs),
     )
 
 

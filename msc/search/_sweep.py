@@ -40,7 +40,7 @@ _NEIGHBOURS = ("task before", "task after")  # the policies given to a search
 
 
 @dataclass(frozen=True)
-class Plan:
+class SweepPlan:
     """What to search, and all that the outcome depends on.
 
     Parameters
@@ -99,7 +99,7 @@ def grid(n_tasks: int, offset_deg: float = 0.0) -> tuple[float, ...]:
 
 
 def search_tasks(
-    plan: Plan,
+    plan: SweepPlan,
     *,
     jobs: int = 1,
     dask: str | None = None,
@@ -110,7 +110,7 @@ def search_tasks(
 
     Parameters
     ----------
-    plan : Plan
+    plan : SweepPlan
         What to search.
     jobs : int, default=1
         Worker processes; the result does not depend on them.
@@ -185,7 +185,7 @@ _Work = dict[int, tuple[Sequence[NDArray[np.float64]], SearchResult | None]]
 
 
 def _batch(
-    plan: Plan, run: Run, done: Journal, phase: str, work: _Work, *, progress: bool
+    plan: SweepPlan, run: Run, done: Journal, phase: str, work: _Work, *, progress: bool
 ) -> dict[int, SearchResult]:
     """Search the tasks of one phase, those that the journal knows excepted."""
     known = {k: done.results[phase, k] for k in work if (phase, k) in done.results}
@@ -205,7 +205,7 @@ def _batch(
 
 
 def _search(
-    plan: Plan,
+    plan: SweepPlan,
     k: int,
     start_policies: Sequence[NDArray[np.float64]],
     incumbent: SearchResult | None,
@@ -220,7 +220,7 @@ def _search(
         start_policies=start_policies,
         incumbent=incumbent,
     )
-    if not incumbent and start_policies and result.n_agreeing < len(result.starts):
+    if not incumbent and start_policies and result.n_agreeing < len(result.runs):
         result = search_policy(
             workspace, task, seed=seed, n_starts=plan.n_starts - 1, incumbent=result
         )
@@ -257,7 +257,7 @@ def _row(seed: int, task: float, result: SearchResult) -> dict[str, Any]:
         "cost_energy": ENERGY_WEIGHT * result.energy,
         "contact_impulse_n_s": result.contact_impulse,
         "evaluations": result.evaluations,
-        "starts": len(result.starts),
+        "starts": len(result.runs),
         "starts_agreeing": result.n_agreeing,
         "margin": result.margin,
         "winner": _NEIGHBOURS[int(number)] if kind == "given" else result.winner,
