@@ -9,12 +9,7 @@ if TYPE_CHECKING:
         plot_followed,
         plot_poses,
         plot_weights,
-    )
-    from msc.plots._camera import (
-        check_suffix,
-        film,
-        render,
-        side_by_side,
+        slide_weight,
     )
     from msc.plots._costs import (
         ROLLOUT_LIMIT,
@@ -27,11 +22,12 @@ if TYPE_CHECKING:
         smce_table,
         task_table,
     )
-    from msc.plots._curves import plot_rivals
-    from msc.plots._executed import Movements
-    from msc.plots._execution import slide_execution
-    from msc.plots._generations import plot_generations
-    from msc.plots._generations_slider import slide_generations
+    from msc.plots._film import (
+        check_suffix,
+        film,
+        render,
+        side_by_side,
+    )
     from msc.plots._graph import (
         plot_affinity,
         plot_clusterings,
@@ -43,13 +39,19 @@ if TYPE_CHECKING:
         plot_execution,
         plot_manifold,
     )
-    from msc.plots._marks import WEIGHT_NAMES
     from msc.plots._movements import (
+        Movements,
         plot_breaks,
         plot_tasks,
     )
-    from msc.plots._predicted import slide_predictions
-    from msc.plots._skill import plot_composition
+    from msc.plots._search import (
+        plot_generations,
+        slide_generations,
+    )
+    from msc.plots._skill import (
+        plot_composition,
+        plot_rivals,
+    )
     from msc.plots._study import (
         plot_curves,
         plot_elbows,
@@ -57,7 +59,10 @@ if TYPE_CHECKING:
         plot_sample_sizes,
         plot_sweep,
     )
-    from msc.plots._style import METHOD_STYLES
+    from msc.plots._style import (
+        METHOD_STYLES,
+        WEIGHT_NAMES,
+    )
     from msc.plots._tables import (
         comparison_table,
         confirmed_jumps,
@@ -70,7 +75,12 @@ if TYPE_CHECKING:
         ratio_table,
         sets_table,
     )
-    from msc.plots._weights import slide_weight
-    from msc.plots._world import plot_workspaces
+    from msc.plots._task_sliders import (
+        slide_execution,
+        slide_predictions,
+    )
+    from msc.plots._world import (
+        plot_workspaces,
+    )
 
 __all__, __getattr__, __dir__ = face(__name__, __file__)

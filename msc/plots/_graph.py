@@ -20,9 +20,15 @@ from scipy.sparse.csgraph import connected_components
 from sklearn.decomposition import PCA
 
 from msc.learn import SMCE, elbow
-from msc.plots._marks import FLAT, TASK_AXIS, WEIGHT_NAMES
-from msc.plots._slider import Mark, Panel, Slider, choose_ticks
-from msc.plots._style import CHART_COLOURS, TRIO, chart_colour, chart_marker, styled
+from msc.plots._slider import FLAT, TASK_AXIS, Mark, Panel, Slider, choose_ticks
+from msc.plots._style import (
+    CHART_COLOURS,
+    TRIO,
+    WEIGHT_NAMES,
+    chart_colour,
+    chart_marker,
+    styled,
+)
 
 USED = 1e-6  # coefficients: smaller ones are not drawn
 CLOSE = 0.35  # how far around a place a closer look shows

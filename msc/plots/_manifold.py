@@ -15,11 +15,11 @@ from numpy.typing import NDArray
 from msc.plots._style import (
     CHART_COLOURS,
     COLOURS,
+    WEIGHT_LABELS,
     chart_colour,
     chart_marker,
     styled,
 )
-from msc.plots._world import WEIGHT_LABELS
 from msc.study import Experiment
 
 COMPARED = ("single regression", "charts")  # from left to right, or top to bottom

@@ -3,7 +3,7 @@
 A method has the same colour, marker and dashes on every page. The colours keep apart in
 grey and to the colour-blind, at least where nothing but colour tells two things apart;
 `tests/test_style.py` simulates both. No figure names a colour of its own but greys, and
-red for goals; the view at a slant has its own, in `_scene` and `_rays`.
+red for goals; the view at a slant has its own, in `_film` and `_rays`.
 """
 
 from __future__ import annotations
@@ -64,6 +64,10 @@ COUNT_STYLES: tuple[dict[str, Any], ...] = (
     {"color": "#46185F", "marker": "o", "ls": "-"},
 )
 GOAL = "#D62728"
+
+# The policy's dimensions: in figures, and where there is no LaTeX.
+WEIGHT_LABELS = ("$w_1^x$", "$w_2^x$", "$w_3^x$", "$w_1^y$", "$w_2^y$", "$w_3^y$")
+WEIGHT_NAMES = ("w₁ˣ", "w₂ˣ", "w₃ˣ", "w₁ʸ", "w₂ʸ", "w₃ʸ")
 
 
 def chart_colour(chart: SupportsIndex) -> str:
