@@ -9,7 +9,7 @@ import msc.search._cmaes
 from msc import SMCE, Arm, Workspace, load_dataset
 from msc.data import Dataset, load_results, make_two_arcs
 from msc.plots import (
-    LOOKS,
+    METHOD_STYLES,
     Movements,
     load_costs,
     plot_affinity,
@@ -160,7 +160,7 @@ FIGURES = {
     ),
     plot_composition: composition,
     plot_sample_sizes: lambda: plot_sample_sizes(
-        *results("study"), methods=list(LOOKS), verdicts=False
+        *results("study"), methods=list(METHOD_STYLES), verdicts=False
     ),
     plot_sweep: lambda: plot_sweep(*results("study"), measures=["mse, gate learned"]),
     slide_weight: weights,

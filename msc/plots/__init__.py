@@ -11,34 +11,16 @@ if TYPE_CHECKING:
         plot_weights,
         slide_weight,
     )
-    from msc.plots._audit import (
-        plot_curves,
-        plot_quality,
-    )
-    from msc.plots._audit_tables import (
-        confirmed_jumps,
-        list_jumps,
-        summarise,
-    )
-    from msc.plots._charts import (
-        elbow_table,
-        gate_table,
-        plot_elbows,
-    )
-    from msc.plots._cost_tables import (
-        LIMIT,
+    from msc.plots._costs import (
+        ROLLOUT_LIMIT,
         data_table,
         growth_table,
         learner_table,
         load_costs,
+        plot_costs,
         rollout_table,
         smce_table,
         task_table,
-    )
-    from msc.plots._costs import plot_costs
-    from msc.plots._figures import (
-        plot_execution,
-        plot_manifold,
     )
     from msc.plots._film import (
         check_suffix,
@@ -50,10 +32,12 @@ if TYPE_CHECKING:
         plot_affinity,
         plot_clusterings,
         plot_reconstruction,
-    )
-    from msc.plots._graph_slider import (
         slide_charts,
         slide_regularization,
+    )
+    from msc.plots._manifold import (
+        plot_execution,
+        plot_manifold,
     )
     from msc.plots._movements import (
         Movements,
@@ -69,17 +53,34 @@ if TYPE_CHECKING:
         plot_rivals,
     )
     from msc.plots._study import (
+        plot_curves,
+        plot_elbows,
+        plot_quality,
         plot_sample_sizes,
         plot_sweep,
     )
     from msc.plots._style import (
-        LOOKS,
+        METHOD_STYLES,
         WEIGHT_NAMES,
+    )
+    from msc.plots._tables import (
+        comparison_table,
+        confirmed_jumps,
+        elbow_table,
+        gate_shares,
+        gate_table,
+        jump_table,
+        kernel_table,
+        quality_table,
+        ratio_table,
+        sets_table,
     )
     from msc.plots._task_sliders import (
         slide_execution,
         slide_predictions,
     )
-    from msc.plots._world import plot_workspaces
+    from msc.plots._world import (
+        plot_workspaces,
+    )
 
 __all__, __getattr__, __dir__ = face(__name__, __file__)

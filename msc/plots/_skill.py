@@ -20,7 +20,7 @@ from msc.learn import ParameterizedSkill
 from msc.plots._style import (
     COLOURS,
     GOAL,
-    LOOKS,
+    METHOD_STYLES,
     SMALL,
     WEIGHT_LABELS,
     chart_colour,
@@ -164,7 +164,7 @@ def plot_rivals(
         else:
             draw_regression(axis, learner, weight, colour=COLOURS[name])
             look: Any = {"color": COLOURS[name], "mec": "white", "mew": 0.4}
-            axis.plot(*trained, LOOKS[name]["marker"], ms=4, **look)
+            axis.plot(*trained, METHOD_STYLES[name]["marker"], ms=4, **look)
         axis.set(title=name, xticks=range(0, 361, 120))
         axis.set_xlabel("task angle (degrees)")
     axes[0].set_ylim(*widen(searched, 0.15))

@@ -11,10 +11,10 @@ from matplotlib.axes import Axes
 from numpy.typing import ArrayLike, NDArray
 
 from msc.learn import ParameterizedSkill
-from msc.plots._figures import METHODS
+from msc.plots._manifold import COMPARED
 from msc.plots._skill import DENSE, predict_curves, widen
 from msc.plots._slider import FLAT, TASK_AXIS, Mark, Panel, Slider, choose_ticks, poster
-from msc.plots._style import COLOURS, LOOKS, WEIGHT_NAMES, chart_colour
+from msc.plots._style import COLOURS, METHOD_STYLES, WEIGHT_NAMES, chart_colour
 from msc.plots._world import (
     draw_arm,
     draw_world,
@@ -56,7 +56,7 @@ def slide_execution(experiment: Experiment, *, every: int = 2) -> Slider:
     tasks = experiment.test_tasks[shown]
     degrees = experiment.test_table["task_deg"].to_numpy()[shown]
     policies = {"searched": experiment.test_policies[shown]}
-    policies |= {name: experiment.predict(name, tasks) for name in METHODS}
+    policies |= {name: experiment.predict(name, tasks) for name in COMPARED}
     with Arm(world) as arm:
         rollouts, error_cm = _execute(arm, policies, degrees)
     moving = {
@@ -238,7 +238,7 @@ def _searched_panel(
 
 def _error_panel(degrees: Array, error_cm: Mapping[str, Array]) -> Panel:
     """Show how far from the target movements end, over the tasks."""
-    logs = {name: np.log10(error_cm[name]) for name in METHODS}
+    logs = {name: np.log10(error_cm[name]) for name in COMPARED}
     low = min(float(log.min()) for log in logs.values()) - 0.1
     high = max(float(log.max()) for log in logs.values()) + 0.1
     decades = range(math.ceil(low), math.floor(high) + 1)
@@ -340,6 +340,7 @@ def _draw_predicted(
     draw_world(axis, world, degrees[step])
     for name, some in rollouts.items():
         draw_arm(axis, world, some[step].joints[-1], lw=3, color=COLOURS[name])
-        look: Any = {"color": COLOURS[name], "label": name, "ls": LOOKS[name]["ls"]}
+        dashes = METHOD_STYLES[name]["ls"]
+        look: Any = {"color": COLOURS[name], "label": name, "ls": dashes}
         axis.plot(*some[step].path.T, **look)
     axis.legend(loc="lower right")

@@ -28,17 +28,6 @@ if TYPE_CHECKING:
         run_study,
     )
     from msc.study._summaries import find_cell
-    from msc.study._tables import (
-        PLAIN,
-        SIGNS,
-        WORLDS,
-        compare_cells,
-        comparison_table,
-        gate_shares,
-        kernel_table,
-        ratio_table,
-        sets_table,
-    )
     from msc.study._trial import MEASURES, TEST_SUBSETS
 
 __all__, __getattr__, __dir__ = face(__name__, __file__)

@@ -22,7 +22,7 @@ from msc.plots._style import (
 )
 from msc.study import Experiment
 
-METHODS = ("single regression", "charts")  # from left to right, or top to bottom
+COMPARED = ("single regression", "charts")  # from left to right, or top to bottom
 
 
 @styled
@@ -122,7 +122,7 @@ def _draw_residuals(
 ) -> None:
     """Draw, for every searched task, the weight predicted minus that searched."""
     angles = np.rad2deg(experiment.tasks[:, 0])
-    for axis, method in zip(axes, METHODS, strict=True):
+    for axis, method in zip(axes, COMPARED, strict=True):
         predicted = experiment.predict(method, experiment.tasks)
         residual = (predicted - experiment.policies)[:, dimension]
         axis.axhline(0, color="0.3", lw=0.8)
@@ -176,7 +176,7 @@ def plot_execution(experiment: Experiment) -> Figure:
         width_ratios=(1, 0.05),
     )
     executed = experiment.executed
-    for (axis, rug), method in zip(axes, METHODS, strict=True):
+    for (axis, rug), method in zip(axes, COMPARED, strict=True):
         rows = executed[executed["method"] == method]
         _draw_errors(axis, rows, COLOURS[method])
         _mark_jumps(axis, experiment)
@@ -186,7 +186,7 @@ def plot_execution(experiment: Experiment) -> Figure:
         axis.set_ylabel("error (cm)")
         rug.hlines(rows["error_cm"], 0, 1, color=COLOURS[method], lw=0.6, alpha=0.6)
         rug.set_axis_off()
-    shown = executed.loc[executed["method"].isin(METHODS), "error_cm"]
+    shown = executed.loc[executed["method"].isin(COMPARED), "error_cm"]
     axes[0, 0].set(yscale="log", ylim=(shown.min() / 1.3, shown.max() * 1.3))
     axes[0, 0].yaxis.set_major_formatter("{x:g}")
     axes[1, 0].set(xticks=range(0, 361, 60), xlim=(-3, 363))
