@@ -4,11 +4,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import msc.plots._executed
+import msc.plots._movements
 from msc import SMCE, Arm, Workspace, load_dataset
-from msc.data import load_results, make_two_arcs
+from msc.data import Dataset, load_results, make_two_arcs
 from msc.plots import (
-    LOOKS,
+    METHOD_STYLES,
     Movements,
     load_costs,
     plot_affinity,
@@ -60,9 +60,10 @@ def experiment():
 def few_movements():
     degrees = np.arange(0.0, 360.0, 45.0)
     policies = np.zeros((8, 6))
-    found = np.deg2rad(degrees)[:, None], policies, pd.DataFrame({"task_deg": degrees})
+    table = pd.DataFrame({"task_deg": degrees})
+    found = Dataset(np.deg2rad(degrees)[:, None], policies, table)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(msc.plots._executed, "load_dataset", lambda _: found)
+        patch.setattr(msc.plots._movements, "load_dataset", lambda _: found)
         return Movements("obstacles")
 
 
@@ -157,7 +158,7 @@ FIGURES = {
     ),
     plot_composition: composition,
     plot_sample_sizes: lambda: plot_sample_sizes(
-        *results("study"), methods=list(LOOKS), verdicts=False
+        *results("study"), methods=list(METHOD_STYLES), verdicts=False
     ),
     plot_sweep: lambda: plot_sweep(*results("study"), measures=["mse, gate learned"]),
     slide_weight: weights,

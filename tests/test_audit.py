@@ -8,7 +8,7 @@ import msc.search._audit
 from msc import SearchResult, Workspace, load_dataset
 from msc._parallel import call_in_order
 from msc.data import Dataset, find_data, save_table
-from msc.plots import list_jumps, summarise
+from msc.plots import jump_table, quality_table
 from msc.search import SearchOptions, SweepPlan, audit_table, grid, search_tasks
 from msc.search._audit import _bisect, _bisect_jumps, _find_workspace
 
@@ -122,12 +122,12 @@ def test_the_closed_circle_is_looked_at(searches):
 def test_an_audit_is_summarised(table, searches):
     searches(lambda _: np.zeros(6), 0.0)
     audit = audit_table(table, n_sample=3)
-    summary = summarise(audit)["free.csv"]
+    summary = quality_table(audit)["free.csv"]
     assert summary["policies"] == 4
     assert summary["searched again"] == 3
     assert summary["cheaper by more than 0.5 %"] == 3
     assert summary["largest gain (%)"] == 100
-    assert len(list_jumps(audit)) == summary["large steps, the cut's included"]
+    assert len(jump_table(audit)) == summary["large steps, the cut's included"]
 
 
 # Bad input

@@ -7,12 +7,11 @@ import pytest
 from imageio_ffmpeg import get_ffmpeg_exe
 from PIL import Image
 
-import msc.plots._camera
+import msc.plots._film
 from msc import Rollout, Workspace
 from msc.cli import main
 from msc.plots import film, render
-from msc.plots._camera import save_film
-from msc.plots._scene import Scene
+from msc.plots._film import Scene, save_film
 from msc.robot import forward_kinematics
 
 world = Workspace.obstacles()
@@ -23,8 +22,8 @@ WRITE = """
 import sys
 from pathlib import Path
 from msc import Arm, Workspace
-from msc.plots._camera import save_film
-from msc.plots._scene import Scene
+from msc.plots._film import save_film
+from msc.plots._film import Scene
 
 world = Workspace.obstacles()
 scene = Scene(world, world.target(200), size=120)
@@ -117,10 +116,10 @@ def test_an_mp4_can_be_read_back(size, seen, tmp_path):
 def test_a_film_lasts_twice_as_long_as_the_movement_and_rests(tmp_path, monkeypatch):
     written = {}
     monkeypatch.setattr(
-        msc.plots._camera, "film", lambda *_, n_frames: [*range(n_frames - 1), "last"]
+        msc.plots._film, "film", lambda *_, n_frames: [*range(n_frames - 1), "last"]
     )
     monkeypatch.setattr(
-        msc.plots._camera,
+        msc.plots._film,
         "save_film",
         lambda frames, path: written.update({path: frames}),
     )
@@ -148,7 +147,7 @@ def test_a_rollout_is_drawn_as_a_strip_of_six(tmp_path):
 
 
 def test_two_processes_write_the_same_bytes(tmp_path):
-    package = Path(msc.plots._camera.__file__).parents[1]
+    package = Path(msc.plots._film.__file__).parents[1]
     here, there = tmp_path / "here", tmp_path / "there"
     runs = [
         subprocess.Popen([sys.executable, "-c", WRITE, folder], cwd=package)
@@ -162,7 +161,7 @@ def test_two_processes_write_the_same_bytes(tmp_path):
 
 @pytest.mark.parametrize("name", ["arm.avi", "arm", "arm.gif.txt", "arm.PNGG"])
 def test_another_ending_is_refused(name, tmp_path, monkeypatch):
-    monkeypatch.setattr(msc.plots._camera, "film", None)  # it must not come to that
+    monkeypatch.setattr(msc.plots._film, "film", None)  # it must not come to that
     with pytest.raises(
         ValueError, match=r"out='arm.*'; wanted .*\.png, \.gif or \.mp4"
     ):
@@ -180,7 +179,7 @@ def test_a_film_that_fails_leaves_the_earlier_one(tmp_path, monkeypatch):
     broken = tmp_path / "broken"
     broken.write_text(BROKEN, "utf-8")
     broken.chmod(0o755)
-    monkeypatch.setattr(msc.plots._camera, "get_ffmpeg_exe", lambda: str(broken))
+    monkeypatch.setattr(msc.plots._film, "get_ffmpeg_exe", lambda: str(broken))
     with pytest.raises(OSError, match="no film was written: no room"):
         save_film(pictures(2), path)
     assert path.read_bytes() == b"earlier"
@@ -189,7 +188,7 @@ def test_a_film_that_fails_leaves_the_earlier_one(tmp_path, monkeypatch):
 
 def test_a_policy_may_be_written_with_exponents(tmp_path, monkeypatch, capsys):
     given = []
-    monkeypatch.setattr(msc.plots._camera, "render", lambda *_: None)
+    monkeypatch.setattr(msc.plots._film, "render", lambda *_: None)
     execute = msc.robot._arm.Arm.execute
 
     def record(arm, policy, task):

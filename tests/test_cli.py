@@ -13,7 +13,7 @@ import pytest
 from PIL import Image
 
 import msc.cli
-import msc.plots._camera
+import msc.plots._film
 import msc.search._constants
 import msc.search._sweep
 from msc import load_dataset
@@ -295,7 +295,7 @@ def test_by_default_the_nearest_task_s_policy_is_drawn(monkeypatch, capsys):
     table = pd.DataFrame(np.zeros((4, len(COLUMNS))), columns=list(COLUMNS))
     table["task_deg"], table["winner"] = [0.0, 90.0, 180.0, 270.0], "start 0"
     save_table(table, Path("data/free.csv"), command="", seed=0)
-    monkeypatch.setattr(msc.plots._camera, "render", lambda *_: None)
+    monkeypatch.setattr(msc.plots._film, "render", lambda *_: None)
     for task, nearest in ((359, 0), (100, 90), (226, 270), (-80, 270), (720, 0)):
         assert main(["render", "--task", str(task), "--out", "arm.gif"]) == 0
         assert f"the policy searched for {nearest}° ends" in capsys.readouterr().out
@@ -360,7 +360,7 @@ def test_a_survey_writes_what_it_measured(constant, function, monkeypatch, capsy
 def test_bad_input_is_named_in_a_sentence(
     arguments, complaint, here, monkeypatch, capfd
 ):
-    works = (msc.search._sweep, "search_tasks"), (msc.plots._camera, "render")
+    works = (msc.search._sweep, "search_tasks"), (msc.plots._film, "render")
     works += (
         (msc.search._constants, "locate_cut"),
         (msc.search._constants, "choose_layout"),
@@ -398,7 +398,7 @@ def test_a_malformed_command_line_is_refused(arguments, complaint, capsys):
 
 
 def test_a_policy_may_have_any_sign(monkeypatch):
-    monkeypatch.setattr(msc.plots._camera, "render", lambda *_: None)
+    monkeypatch.setattr(msc.plots._film, "render", lambda *_: None)
     policy = ["-1", "2", "-3.5", "1e1", "-0", "-.5"]
     arguments = ["render", "--task", "-90", "--out", "arm.gif", "--policy", *policy]
     assert main(arguments) == 0

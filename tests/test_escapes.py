@@ -165,7 +165,7 @@ def test_text_is_shown_as_it_is(text):
 
 
 @given(MARKS)
-def test_a_scrubber_s_words_end_no_script(text):
+def test_a_slider_s_words_end_no_script(text):
     sliders = Slider(
         text, [text], [text], [Panel(text, (0, 1), (0, 1), [])], Figure(), text,
         legend={text: text},

@@ -5,8 +5,8 @@ import pytest
 
 from msc import Arm, Workspace, search_policy
 from msc.plots import plot_generations, slide_generations
-from msc.plots._generations import square_around
-from msc.plots._generations_slider import N_STEPS
+from msc.plots._search import N_STEPS
+from msc.plots._world import square_around
 from msc.robot import forward_kinematics
 from msc.search import SearchOptions, cost, record_search
 

@@ -13,8 +13,7 @@ from msc.plots import (
     slide_charts,
     slide_regularization,
 )
-from msc.plots._graph import edges, plot_graph
-from msc.plots._graph_slider import MAX_CHARTS
+from msc.plots._graph import MAX_CHARTS, edges, plot_graph
 
 points, curves = make_two_arcs()
 

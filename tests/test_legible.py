@@ -15,18 +15,18 @@ import pytest
 from figures import FIGURES
 from matplotlib.text import Text
 
-PACKAGE = Path(__file__).parents[1] / "msc"
+PLOTS = Path(__file__).parents[1] / "msc" / "plots"
 WIDEST, SMALLEST = 7.0, 7.0  # inches, points
 
 
 def test_every_figure_of_the_package_is_here():
     found = set()
-    for path in PACKAGE.glob("plots*.py"):
-        module = importlib.import_module(f"msc.{path.stem}")
+    for path in PLOTS.glob("_[a-z]*.py"):
+        module = importlib.import_module(f"msc.plots.{path.stem}")
         found |= {
             function
             for name, function in inspect.getmembers(module, inspect.isfunction)
-            if name.startswith(("plot_", "scrub_"))
+            if name.startswith(("plot_", "slide_"))
         }
     assert found == set(FIGURES), "give the new figure an example in tests/figures.py"
 

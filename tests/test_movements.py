@@ -2,7 +2,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import msc.plots._executed
+import msc.plots._movements
+from msc.data import Dataset
 from msc.plots import Movements, plot_breaks, plot_tasks
 from msc.plots._movements import SIDES
 from msc.robot import forward_kinematics
@@ -19,8 +20,8 @@ def movements():
     policies[5:11] += 30.0
     table = pd.DataFrame({"task_deg": DEGREES})
     with pytest.MonkeyPatch.context() as patch:
-        found = np.deg2rad(DEGREES)[:, None], policies, table
-        patch.setattr(msc.plots._executed, "load_dataset", lambda _: found)
+        found = Dataset(np.deg2rad(DEGREES)[:, None], policies, table)
+        patch.setattr(msc.plots._movements, "load_dataset", lambda _: found)
         return Movements("obstacles")
 
 

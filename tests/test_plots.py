@@ -5,10 +5,10 @@ import pytest
 from figures import experiment
 
 from msc.plots import plot_execution, plot_manifold, slide_execution
-from msc.plots._execution import find_median
-from msc.plots._figures import METHODS
+from msc.plots._manifold import COMPARED
 from msc.plots._study import name_measure
 from msc.plots._style import COLOURS
+from msc.plots._task_sliders import find_median
 
 
 @pytest.fixture(scope="module")
@@ -22,7 +22,7 @@ def heights(lines):
 
 def test_every_executed_task_is_a_mark_and_a_line_of_the_rug(found):
     axes = plot_execution(found).axes
-    for (axis, rug), method in zip(np.reshape(axes, (2, 2)), METHODS, strict=True):
+    for (axis, rug), method in zip(np.reshape(axes, (2, 2)), COMPARED, strict=True):
         errors = found.executed_by_method("error_cm")[method]
         marks = [line for line in axis.lines if line.get_color() == COLOURS[method]]
         np.testing.assert_array_equal(np.sort(heights(marks)), np.sort(errors))
@@ -53,9 +53,9 @@ def test_residuals_stand_below_a_dimension_that_is_alone(found):
 
 
 def test_the_slider_opens_at_the_median_task(found):
-    scrubber = slide_execution(found, every=10)
+    slider = slide_execution(found, every=10)
     errors = found.executed_by_method("error_cm")["single regression"].to_numpy()[::10]
-    below = (errors < errors[scrubber.first]).sum()
+    below = (errors < errors[slider.first]).sum()
     assert below == (len(errors) - 1) // 2
 
 

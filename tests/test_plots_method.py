@@ -12,11 +12,13 @@ from msc.plots import (
     plot_followed,
     plot_rivals,
     plot_weights,
+    plot_workspaces,
     slide_predictions,
     slide_weight,
 )
 from msc.plots._arm import poses_at
 from msc.plots._style import CHART_COLOURS, COLOURS, GOAL, TRIO
+from msc.plots._world import mark_world
 from msc.robot import forward_kinematics
 from msc.search import cost
 
@@ -52,9 +54,9 @@ def trained():
     return tasks, policies, ParameterizedSkill(Halves()).fit(tasks, policies)
 
 
-def data_of(scrubber):
+def data_of(slider):
     """Read the numbers that the page's script is given."""
-    html = scrubber.to_html(b"")
+    html = slider.to_html(b"")
     found = re.search(r"previousElementSibling,(.*)\);</script>$", html, re.DOTALL)
     return json.loads(found[1])
 
@@ -77,6 +79,14 @@ def test_every_pose_reaches_the_place_and_no_two_are_alike(place):
 
 def test_out_of_reach_there_is_no_pose():
     assert poses_at(Workspace.free(), (1.01, 0.0), 12).shape == (0, 3)
+
+
+def test_a_world_is_the_same_in_figures_and_in_sliders():
+    world = Workspace.obstacles()
+    above, _ = plot_workspaces(world).axes
+    there = {(0.0, 0.0, world.goal_radius), *map(tuple, world.circles)}
+    assert {(*disc.center, disc.radius) for disc in above.patches} == there
+    assert {(*mark.points[0], mark.radius) for mark in mark_world(world)} == there
 
 
 def test_each_weight_bends_the_path_to_either_side():
@@ -109,15 +119,15 @@ def test_planned_and_executed_ways_lie_beneath_each_other(arm):
 
 def test_the_slider_changes_one_weight_alone(arm):
     base = np.arange(6.0)
-    scrubber = slide_weight(arm, base, TASK, 4, CHANGES)
-    for change, caption in zip(CHANGES, scrubber.captions, strict=True):
+    slider = slide_weight(arm, base, TASK, 4, CHANGES)
+    for change, caption in zip(CHANGES, slider.captions, strict=True):
         rollout = arm.execute(base + change * np.eye(6)[4], TASK)
         assert caption == (
             f"w₂ʸ = {4 + change:.1f} ({change:+.3g}): ends {100 * rollout.error:.1f} "
             f"cm from the goal, cost {cost(rollout):.3f}."
         )
-    assert scrubber.name == "change of w₂ʸ"
-    data = data_of(scrubber)
+    assert slider.name == "change of w₂ʸ"
+    data = data_of(slider)
     plane, force, costs = data["panels"]
     assert len(data["labels"]) == 3
     film = next(mark for mark in plane["marks"] if mark["varies"] == "time")
@@ -179,7 +189,7 @@ def test_dragging_a_task_shows_its_chart_and_what_is_left(arm, trained):
     tasks, policies, skill = trained
     single = ParameterizedSkill(None).fit(tasks, policies)
     learners = {"charts": skill, "single regression": single}
-    scrubber = slide_predictions(
+    slider = slide_predictions(
         learners,
         tasks,
         policies,
@@ -188,10 +198,8 @@ def test_dragging_a_task_shows_its_chart_and_what_is_left(arm, trained):
         weight=1,
         first_deg=260.0,
     )
-    assert scrubber.first == 1
-    for angle, chart, caption in zip(
-        (100, 250), (1, 2), scrubber.captions, strict=True
-    ):
+    assert slider.first == 1
+    for angle, chart, caption in zip((100, 250), (1, 2), slider.captions, strict=True):
         left = {
             name: 100 * arm.execute(one.predict([[np.deg2rad(angle)]])[0], angle).error
             for name, one in learners.items()
@@ -199,9 +207,9 @@ def test_dragging_a_task_shows_its_chart_and_what_is_left(arm, trained):
         assert caption == f"Task {angle}°: chart {chart}. Ends from the goal: " + (
             ", ".join(f"{name} {cm:.2f} cm" for name, cm in left.items())
         )
-    assert scrubber.legend == {name: COLOURS[name] for name in learners}
-    plane, weight, missed = data_of(scrubber)["panels"]
+    assert slider.legend == {name: COLOURS[name] for name in learners}
+    plane, weight, missed = data_of(slider)["panels"]
     assert any(mark["colour"] == GOAL for mark in plane["marks"])
     for panel in (weight, missed):
         dots = [m for m in panel["marks"] if m["varies"] == "step"][1:]
-        assert {m["colour"] for m in dots} == set(scrubber.legend.values())
+        assert {m["colour"] for m in dots} == set(slider.legend.values())

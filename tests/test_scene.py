@@ -3,7 +3,7 @@ import pytest
 from scipy.ndimage import label
 
 from msc import Workspace
-from msc.plots._scene import Scene
+from msc.plots._film import Scene
 from msc.robot import forward_kinematics, random_circles
 
 SIZE = 180

@@ -9,69 +9,78 @@ if TYPE_CHECKING:
         plot_followed,
         plot_poses,
         plot_weights,
+        slide_weight,
     )
-    from msc.plots._audit import (
-        plot_curves,
-        plot_quality,
+    from msc.plots._costs import (
+        ROLLOUT_LIMIT,
+        data_table,
+        growth_table,
+        learner_table,
+        load_costs,
+        plot_costs,
+        rollout_table,
+        smce_table,
+        task_table,
     )
-    from msc.plots._audit_tables import (
-        confirmed_jumps,
-        list_jumps,
-        summarise,
-    )
-    from msc.plots._camera import (
+    from msc.plots._film import (
         check_suffix,
         film,
         render,
         side_by_side,
     )
-    from msc.plots._charts import (
-        elbow_table,
-        gate_table,
-        plot_elbows,
-    )
-    from msc.plots._cost_tables import (
-        LIMIT,
-        data_table,
-        growth_table,
-        learner_table,
-        load_costs,
-        rollout_table,
-        smce_table,
-        task_table,
-    )
-    from msc.plots._costs import plot_costs
-    from msc.plots._curves import plot_rivals
-    from msc.plots._executed import Movements
-    from msc.plots._execution import slide_execution
-    from msc.plots._figures import (
-        plot_execution,
-        plot_manifold,
-    )
-    from msc.plots._generations import plot_generations
-    from msc.plots._generations_slider import slide_generations
     from msc.plots._graph import (
         plot_affinity,
         plot_clusterings,
         plot_reconstruction,
-    )
-    from msc.plots._graph_slider import (
         slide_charts,
         slide_regularization,
     )
-    from msc.plots._marks import WEIGHT_NAMES
+    from msc.plots._manifold import (
+        plot_execution,
+        plot_manifold,
+    )
     from msc.plots._movements import (
+        Movements,
         plot_breaks,
         plot_tasks,
     )
-    from msc.plots._predicted import slide_predictions
-    from msc.plots._skill import plot_composition
+    from msc.plots._search import (
+        plot_generations,
+        slide_generations,
+    )
+    from msc.plots._skill import (
+        plot_composition,
+        plot_rivals,
+    )
     from msc.plots._study import (
+        plot_curves,
+        plot_elbows,
+        plot_quality,
         plot_sample_sizes,
         plot_sweep,
     )
-    from msc.plots._style import LOOKS
-    from msc.plots._weights import slide_weight
-    from msc.plots._world import plot_workspaces
+    from msc.plots._style import (
+        METHOD_STYLES,
+        WEIGHT_NAMES,
+    )
+    from msc.plots._tables import (
+        comparison_table,
+        confirmed_jumps,
+        elbow_table,
+        gate_shares,
+        gate_table,
+        jump_table,
+        kernel_table,
+        quality_table,
+        ratio_table,
+        sets_table,
+    )
+    from msc.plots._task_sliders import (
+        slide_execution,
+        slide_predictions,
+    )
+    from msc.plots._world import (
+        plot_workspaces,
+    )
 
 __all__, __getattr__, __dir__ = face(__name__, __file__)

@@ -1,8 +1,14 @@
-"""What a rollout and a task cost, drawn from the benchmark's file."""
+"""What rollouts, searches, fits and predictions cost: the benchmark's file, shown.
+
+`make bench` writes ``data/results/bench.json``. All that the book says of speed is read
+from there by the functions below.
+"""
 
 from __future__ import annotations
 
+import json
 from collections.abc import Mapping
+from pathlib import Path
 from typing import Any
 
 import matplotlib.pyplot as plt
@@ -11,9 +17,22 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from msc.plots._cost_tables import LIMIT
-from msc.plots._style import SMALL, WORLDS, styled
+from msc.data import find_data
+from msc.plots._style import SMALL, WORLD_STYLES, styled
+from msc.plots._tables import lay_out
 
+ROLLOUT_LIMIT = 2.0  # what a rollout may cost, in units of its bare physics
+
+_RATIOS = {
+    "rollouts_per_second": "rollouts a second, one process",
+    "rollout_over_raw_steps": "rollout / raw steps",
+    "rollout_over_own_steps": "rollout / own steps",
+    "naive_over_raw_steps": "NumPy loop / raw steps",
+    "floats_over_raw_steps": "float loop / raw steps",
+    "speedup_over_naive": "NumPy loop / rollout",
+    "speedup_over_floats": "float loop / rollout",
+    "rollout_over_mujoco": "rollout / MuJoCo's, open loop",
+}
 _WAYS = {
     "mujoco": "MuJoCo, open loop",
     "raw_steps": "raw steps",
@@ -22,18 +41,61 @@ _WAYS = {
     "floats": "Python loop, floats",
     "naive": "Python loop, NumPy",
 }
-_Figures = Mapping[str, Any]
+_Costs = Mapping[str, Any]
+
+
+def load_costs(path: str | Path | None = None) -> dict[str, Any]:
+    """Load what the benchmark measured.
+
+    Parameters
+    ----------
+    path : str or Path, optional
+        The file; by default ``data/results/bench.json``.
+
+    Returns
+    -------
+    dict
+        The costs, see ``benchmarks/bench.py``.
+
+    Raises
+    ------
+    ValueError
+        If the file is missing or holds something else.
+
+    Examples
+    --------
+    >>> costs = load_costs()
+    >>> sorted(costs["rollouts"])
+    ['free', 'obstacles']
+    """
+    file = Path(path or find_data() / "results" / "bench.json")
+    if not file.is_file():
+        raise ValueError(f"{file} is not there; `make bench` writes it")
+    costs = json.loads(file.read_text(encoding="utf-8"))
+    parts = (
+        "machine",
+        "memory",
+        "rollouts",
+        "searches",
+        "growth",
+        "skill",
+        "learners",
+    )
+    missing = [part for part in parts if part not in costs]
+    if missing:
+        raise ValueError(f"{file} lacks {', '.join(missing)}; `make bench` renews it")
+    return dict(costs)
 
 
 @styled
 def plot_costs(
-    figures: _Figures, tables: Mapping[str, pd.DataFrame] | None = None
+    costs: _Costs, tables: Mapping[str, pd.DataFrame] | None = None
 ) -> Figure:
     """Draw what a rollout costs, and how a task's search shrinks among others.
 
     Parameters
     ----------
-    figures : mapping
+    costs : mapping
         What `load_costs` gives.
     tables : mapping from str to DataFrame, optional
         Searched policies of whole worlds, as `load_dataset` gives them.
@@ -47,14 +109,179 @@ def plot_costs(
     figure, (ways, growth) = plt.subplots(
         1, 2, figsize=(7.4, 3.5), width_ratios=(1.15, 1)
     )
-    _draw_ways(ways, figures)
-    _draw_growth(growth, figures, tables or {})
+    _draw_ways(ways, costs)
+    _draw_growth(growth, costs, tables or {})
     return figure
 
 
-def _draw_ways(axis: Axes, figures: _Figures) -> None:
+def rollout_table(costs: _Costs) -> pd.DataFrame:
+    """List what a rollout costs beside other ways to do it.
+
+    Parameters
+    ----------
+    costs : mapping
+        What `load_costs` gives.
+
+    Returns
+    -------
+    DataFrame
+        One row a ratio, one column a world: the median over the rounds, and in brackets
+        where the middle four fifths of them lie.
+    """
+    return lay_out(
+        {
+            world: {label: measured[key] for key, label in _RATIOS.items()}
+            for world, measured in costs["rollouts"].items()
+        }
+    )
+
+
+def task_table(costs: _Costs) -> pd.DataFrame:
+    """List what a task costs: searched, and predicted.
+
+    Parameters
+    ----------
+    costs : mapping
+        What `load_costs` gives.
+
+    Returns
+    -------
+    DataFrame
+        One row a figure, one column a world.
+    """
+    columns = {}
+    for world, search in costs["searches"].items():
+        skill = costs["skill"][world]
+        one, many = (skill[f"predict_{n}_microseconds"] for n in ("one", "many"))
+        seconds = search["seconds_per_task"]
+        columns[world] = {
+            "searched: rollouts": f"{search['evaluations_per_task']:.0f}",
+            "searched: seconds": seconds,
+            "ms a rollout, CMA-ES included": search["milliseconds_per_evaluation"],
+            f"skill of {skill['n_samples']} samples: seconds to fit": skill[
+                "fit_seconds"
+            ],
+            "predicted: µs": one,
+            f"predicted, {skill['n_predicted']} a call: µs each": many,
+            "searched / predicted": round(1e6 * seconds / one["median"]),
+        }
+    return lay_out(columns)
+
+
+def growth_table(costs: _Costs) -> pd.DataFrame:
+    """List what it costs to search more tasks, by more workers.
+
+    Parameters
+    ----------
+    costs : mapping
+        What `load_costs` gives.
+
+    Returns
+    -------
+    DataFrame
+        One row a search.
+    """
+    runs = pd.DataFrame(costs["growth"]["runs"]).sort_values(["workers", "n_tasks"])
+    names = {
+        "workers": "workers",
+        "n_tasks": "tasks",
+        "seconds": "seconds",
+        "tasks_per_second": "tasks/s",
+        "evaluations_per_task": "rollouts/task",
+    }
+    return lay_out(
+        runs[list(names)].rename(columns=names).set_index(["workers", "tasks"])
+    )
+
+
+def data_table(costs: _Costs, tables: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
+    """List what tables of searched policies took.
+
+    Parameters
+    ----------
+    costs : mapping
+        What `load_costs` gives.
+    tables : mapping from str to DataFrame
+        Searched policies of whole worlds, as `load_dataset` gives them.
+
+    Returns
+    -------
+    DataFrame
+        One row a figure, one column a world.
+    """
+    columns = {}
+    for world, table in tables.items():
+        milliseconds = costs["searches"][world]["milliseconds_per_evaluation"]
+        rollouts = table["evaluations"].sum()
+        columns[world] = {
+            "tasks": len(table),
+            "rollouts": rollouts,
+            "rollouts/task": rollouts / len(table),
+            "minutes of one core": rollouts * milliseconds / 60_000,
+        }
+    return lay_out(columns)
+
+
+def smce_table(costs: _Costs) -> pd.DataFrame:
+    """List what a fit of SMCE costs, over the number of points.
+
+    Parameters
+    ----------
+    costs : mapping
+        What `load_costs` gives.
+
+    Returns
+    -------
+    DataFrame
+        One row a number of points, each fitted in a process of its own on one core.
+    """
+    fits = pd.DataFrame(costs["learners"]["fits"])
+    shown = {
+        "seconds": fits["seconds"],
+        "ms a point": 1000 * fits["seconds"] / fits["n_points"],
+        "MB, at most": fits["peak_mb"],
+        "MB before": fits["before_mb"],
+    }
+    return lay_out(shown).set_index(fits["n_points"].rename("points"))
+
+
+def learner_table(costs: _Costs) -> pd.DataFrame:
+    """List what the skill costs beside a single regression, and SMCE beside cvxpy.
+
+    Parameters
+    ----------
+    costs : mapping
+        What `load_costs` gives.
+
+    Returns
+    -------
+    DataFrame
+        One row a figure: the median over the rounds, and in brackets where the middle
+        four fifths of them lie.
+    """
+    smce = costs["learners"]["smce"]
+    rows = {
+        f"SMCE, {smce['n_points']} points: seconds to fit": smce["fit_seconds"],
+        "one cvxpy problem a point: seconds": smce["one_by_one_seconds"],
+        "cvxpy / SMCE": smce["one_by_one_over_fit"],
+    }
+    for world, skill in costs["learners"]["skill"].items():
+        head = f"{world}, {skill['n_samples']} samples"
+        for step, asked in (("fit", ""), ("predict", f" {skill['n_predicted']}")):
+            what = f"{head}: ms to {step}{asked}"
+            rows |= {
+                f"{what}, {skill['n_charts']} charts": skill[
+                    f"{step}_charts_milliseconds"
+                ],
+                f"{what}, single": skill[f"{step}_single_milliseconds"],
+                f"{head}: {step}, charts / single": skill[f"{step}_charts_over_single"],
+            }
+    return lay_out({"": rows})
+
+
+def _draw_ways(axis: Axes, costs: _Costs) -> None:
     """Draw the times of a rollout, medians and the middle four fifths of rounds."""
-    worlds = figures["rollouts"]
+    worlds = costs["rollouts"]
     ways = [
         way
         for way in reversed(_WAYS)
@@ -76,10 +303,10 @@ def _draw_ways(axis: Axes, figures: _Figures) -> None:
             mew=0.5,
             elinewidth=1.2,
             label=world,
-            **WORLDS[world],
+            **WORLD_STYLES[world],
         )
-    axis.axvline(LIMIT, color="0.3", lw=1, ls="--")
-    axis.text(LIMIT, -0.4, f" {LIMIT:g} ×", fontsize=SMALL, va="bottom")
+    axis.axvline(ROLLOUT_LIMIT, color="0.3", lw=1, ls="--")
+    axis.text(ROLLOUT_LIMIT, -0.4, f" {ROLLOUT_LIMIT:g} ×", fontsize=SMALL, va="bottom")
     axis.set_xscale("log")
     ticks = [tick for tick in (0.5, 1, 2, 5, 10, 20, 50) if _within(tick, axis)]
     axis.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
@@ -90,29 +317,27 @@ def _draw_ways(axis: Axes, figures: _Figures) -> None:
     axis.legend(loc="upper right")
 
 
-def _draw_growth(
-    axis: Axes, figures: _Figures, tables: Mapping[str, pd.DataFrame]
-) -> None:
+def _draw_growth(axis: Axes, costs: _Costs, tables: Mapping[str, pd.DataFrame]) -> None:
     """Draw rollouts per task: alone, in the benchmark's circles, in the tables."""
-    growth = figures["growth"]
+    growth = costs["growth"]
     runs = sorted(
         {(run["n_tasks"], run["evaluations_per_task"]) for run in growth["runs"]}
     )
-    look = WORLDS[growth["workspace"]]
+    look = WORLD_STYLES[growth["workspace"]]
     axis.plot(
         *np.transpose(runs),
         ms=5,
         label=f"{growth['workspace']}, benchmark's circle",
         **look,
     )
-    for world, searched in figures["searches"].items():
+    for world, searched in costs["searches"].items():
         axis.plot(
             1,
             searched["evaluations_per_task"],
             ls="",
             mfc="none",
             label=f"{world}, one task alone",
-            **WORLDS[world],
+            **WORLD_STYLES[world],
         )
     for world, table in tables.items():
         axis.plot(
@@ -122,7 +347,7 @@ def _draw_growth(
             ms=8,
             mec="black",
             label=f"{world}, the data set",
-            **WORLDS[world],
+            **WORLD_STYLES[world],
         )
     counts = sorted({1, *(n for n, _ in runs), *map(len, tables.values())})
     axis.set_xscale("log")

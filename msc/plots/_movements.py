@@ -1,22 +1,158 @@
-"""Stroboscopic pictures: several poses of one movement in one panel."""
+"""The movements of a table's policies, how far neighbours are apart, and pictures."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
 from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
+import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle as Disc
+from numpy.typing import NDArray
 
-from msc.plots._executed import Movements
+from msc.data import find_jumps, load_dataset
 from msc.plots._style import SMALL, TRIO, styled
+from msc.plots._world import bounds_of, draw_links, draw_world, place_arm
+from msc.robot import Arm, Circle, Workspace, clearance
 from msc.search import cost
+from msc.study import take_evenly
 
+CONTACT = 0.001  # m; an arm that came this close to an obstacle touched it
 SIDES = TRIO[:2]  # of a break: before, after
-TOUCHED = TRIO[1]
+
+
+class Movements:
+    """What the arm does for each task of a table.
+
+    Parameters
+    ----------
+    name : {"free", "obstacles"}
+        The workspace and its table.
+
+    Attributes
+    ----------
+    workspace : Workspace
+        Where the movements take place.
+    degrees : ndarray of shape (n_tasks,)
+        Task angles, ascending (degrees).
+    rollouts : list of Rollout
+        What the policy of each task does.
+    jumps : ndarray of int
+        Indices of tasks after which the policies jump, the circle cut open.
+
+    Examples
+    --------
+    >>> free = Movements("free")
+    >>> len(free.rollouts) == len(free.degrees) == len(free.gaps)
+    True
+    """
+
+    def __init__(self, name: str) -> None:
+        self.workspace = Workspace.named(name)
+        dataset = load_dataset(name)
+        self._tasks, policies, _ = dataset
+        self.degrees = dataset.task_deg
+        self.jumps = find_jumps(self._tasks, policies)
+        with Arm(self.workspace) as arm:
+            self.rollouts = arm.execute_many(policies, self.degrees.tolist())
+
+    @cached_property
+    def places(self) -> NDArray[np.float64]:
+        """Base, joints and end effector (m), of shape (n_tasks, n_steps + 1, 4, 2)."""
+        return place_arm(self.rollouts, self.workspace)
+
+    @property
+    def gaps(self) -> NDArray[np.float64]:
+        """How far each movement is from the next task's (m), of shape (n_tasks,).
+
+        The farthest that any joint, or the end effector, is from where it is in the
+        other movement at the same time. The last task's next is the first.
+        """
+        apart = np.roll(self.places, -1, axis=0) - self.places
+        return np.asarray(np.linalg.norm(apart, axis=-1).max(axis=(1, 2)))
+
+    @property
+    def breaks(self) -> list[tuple[int, int]]:
+        """Indices of the tasks on both sides of each jump and, last, of the cut."""
+        last = len(self.degrees) - 1
+        return [(int(k), int(k) + 1) for k in self.jumps] + [(last, 0)]
+
+    @property
+    def unbroken(self) -> NDArray[np.float64]:
+        """The `gaps` elsewhere (m): without those of the jumps and of the cut."""
+        return np.delete(self.gaps, [*self.jumps, len(self.degrees) - 1])
+
+    @property
+    def bounds(self) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Lower and upper bounds of all that moves or stands here, x and y (m)."""
+        low, high = bounds_of(self.workspace.circles, self.places)
+        return low - 0.03, high + 0.03
+
+    def evenly(self, n_tasks: int) -> list[int]:
+        """Pick tasks evenly spaced over the circle.
+
+        Parameters
+        ----------
+        n_tasks : int
+            How many.
+
+        Returns
+        -------
+        list of int
+            Their indices.
+
+        Raises
+        ------
+        ValueError
+            If there are fewer.
+        """
+        return [int(index) for index in take_evenly(self._tasks, n_tasks)]
+
+    def touched(self, index: int) -> list[Circle]:
+        """Find the obstacles that the arm touched.
+
+        Parameters
+        ----------
+        index : int
+            Which task.
+
+        Returns
+        -------
+        list of Circle
+            The obstacles.
+        """
+        return [
+            circle
+            for circle in self.workspace.circles
+            if self.rollouts[index].touched
+            and clearance(self.places[index], circle).min() < circle.radius + CONTACT
+        ]
+
+    def compare(self) -> pd.DataFrame:
+        """Compare the movements on both sides of each jump and, last, of the cut.
+
+        Returns
+        -------
+        DataFrame
+            One row a break: the largest distance between the two movements (cm), see
+            `gaps`; the cost before and after; whether the arm touched an obstacle; and
+            the larger of the distances that were left to the goals (cm).
+        """
+        rows = {}
+        for pair in self.breaks:
+            before, after = (self.rollouts[index] for index in pair)
+            rows[" | ".join(f"{self.degrees[index]:g}°" for index in pair)] = {
+                "apart (cm)": 100 * self.gaps[pair[0]],
+                "cost before": cost(before),
+                "cost after": cost(after),
+                "touched before": before.touched,
+                "touched after": after.touched,
+                "missed by (cm)": 100 * max(before.error, after.error),
+            }
+        return pd.DataFrame.from_dict(rows, orient="index").rename_axis("tasks")
 
 
 @styled
@@ -45,7 +181,7 @@ def plot_tasks(
     for axis in axes.flat[len(indices) :]:
         axis.set_axis_off()
     for axis, index in zip(axes.flat, indices, strict=False):
-        draw_movement(axis, movements, index, n_poses=n_poses)
+        _draw_movement(axis, movements, index, n_poses=n_poses)
         axis.set_title(f"{movements.degrees[index]:g}°", pad=2)
     return figure
 
@@ -89,54 +225,33 @@ def plot_breaks(
                 if other != index:
                     way = movements.rollouts[other].path
                     axis.plot(*way.T, ":", color=its_colour, lw=1.3)
-            draw_movement(axis, movements, index, colour=colour, n_poses=n_poses)
+            _draw_movement(axis, movements, index, colour=colour, n_poses=n_poses)
             axis.set_title(_caption(movements, index), pad=3, fontsize=SMALL)
     return figure
 
 
-def draw_movement(
+def _draw_movement(
     axis: Axes,
     movements: Movements,
     index: int,
     *,
     colour: str = SIDES[0],
-    n_poses: int = 6,
+    n_poses: int,
 ) -> None:
-    """Draw one movement into a panel.
-
-    Parameters
-    ----------
-    axis : Axes
-        The panel.
-    movements : Movements
-        The movements.
-    index : int
-        Which task.
-    colour : str, optional
-        Of the way of the end effector; by default blue.
-    n_poses : int, default=6
-        Poses, evenly spaced in time.
-    """
+    """Draw poses of one movement, evenly spaced in time, and the end effector's way."""
     world, path = movements.workspace, movements.rollouts[index].path
-    axis.add_patch(Disc((0, 0), world.goal_radius, fill=False, color="red", lw=0.8))
-    touched = movements.touched(index)
-    for circle in world.circles:
-        rim: Any = {"ec": TOUCHED, "lw": 2} if circle in touched else {"ec": "black"}
-        axis.add_patch(Disc((circle.x, circle.y), circle.radius, fc="black", **rim))
     steps = np.linspace(0, len(path) - 1, n_poses).round().astype(int)
     greys = np.linspace(0.86, 0.30, n_poses)
     for order, (step, grey) in enumerate(zip(steps, greys, strict=True)):
         look: Any = {"color": str(grey), "zorder": 2 + order / n_poses}
-        arm = movements.places[index, step]
-        axis.plot(*arm.T, lw=2.8, solid_capstyle="round", **look)
-        axis.plot(*arm[:-1].T, "o", mfc="white", ms=2.8, mew=0.8, **look)
+        joints: Any = {"mfc": "white", "mec": None, "ms": 2.8, "mew": 0.8, **look}
+        draw_links(axis, movements.places[index, step], {"lw": 2.8, **look}, **joints)
     axis.plot(*path.T, color=colour, lw=1.8, zorder=4)
     axis.plot(*path[steps].T, "o", color=colour, ms=3.2, zorder=4)
-    goal = world.target(movements.degrees[index])
-    axis.plot(*goal, "o", mfc="none", mec="red", ms=8, mew=1.6, zorder=5)
+    task_deg, touched = movements.degrees[index], movements.touched(index)
+    draw_world(axis, world, task_deg, view="movement", touched=touched)
     low, high = movements.bounds
-    axis.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), aspect="equal")
-    axis.set_axis_off()
+    axis.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
 
 
 def _caption(movements: Movements, index: int) -> str:

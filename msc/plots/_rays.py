@@ -67,42 +67,20 @@ class Canvas:
         self._colour[self._bare] = TABLE_COLOUR
 
     def copy(self) -> Canvas:
-        """Return a canvas to draw more on, while this one stays as it is.
-
-        Returns
-        -------
-        Canvas
-            The copy.
-        """
+        """Return a canvas to draw more on, while this one stays as it is."""
         other = copy.copy(self)
         other._colour, other._depth = self._colour.copy(), self._depth.copy()
         return other
 
     def develop(self) -> Image.Image:
-        """Average the rays of each pixel.
-
-        Returns
-        -------
-        Image
-            The picture.
-        """
+        """Average the rays of each pixel: the picture."""
         size = len(self._depth) // SIDE
         rows = self._colour.reshape(size, SIDE, -1).sum(axis=1)
         pixels = rows.reshape(size, size, SIDE, 3).sum(axis=2) * (255 / SIDE**2)
         return Image.fromarray(pixels.clip(0, 255).round().astype(np.uint8))
 
     def line(self, points: ArrayLike, width: float, colour: Colour) -> None:
-        """Paint a line on the table, as a filter: shadows stay on it.
-
-        Parameters
-        ----------
-        points : array_like of shape (n_points, 2)
-            Its corners (m).
-        width : float
-            Its width (m).
-        colour : tuple of float
-            Its colour.
-        """
+        """Paint a line (m) on the table, as a filter: shadows stay on it."""
         covered = np.zeros_like(self._bare)
         for start, end in pairwise(np.asarray(points, dtype=float)):
             window = self._window([start, end], (0.0,), width)
@@ -112,17 +90,7 @@ class Canvas:
     def shadow(
         self, start: ArrayLike, end: ArrayLike, radius: float, heights: Span
     ) -> None:
-        """Darken the table below a body, the more softly the higher it is.
-
-        Parameters
-        ----------
-        start, end : array_like of shape (2,)
-            Ends of the body's axis (m); the same place for an upright one.
-        radius : float
-            Its radius (m).
-        heights : tuple of float
-            Of both ends (m).
-        """
+        """Darken the table below a body, the more softly the higher it is (m)."""
         first = np.add(start, heights[0] * _SLANT)
         last = np.add(end, heights[1] * _SLANT)
         window = self._window([first, last], (0.0,), radius + 0.05)
@@ -135,19 +103,7 @@ class Canvas:
     def cylinder(
         self, centre: ArrayLike, radius: float, heights: Span, colour: Colour
     ) -> None:
-        """Draw an upright cylinder.
-
-        Parameters
-        ----------
-        centre : array_like of shape (2,)
-            Where it stands (m).
-        radius : float
-            Its radius (m).
-        heights : tuple of float
-            Of bottom and top (m).
-        colour : tuple of float
-            Its colour.
-        """
+        """Draw an upright cylinder between two heights (m)."""
         x, y = np.asarray(centre, dtype=float).tolist()
         window = self._window([[x, y]], heights, radius)
         dx, dy, dz = self._rays[:, *window]
@@ -173,19 +129,7 @@ class Canvas:
         height: float,
         colour: Colour,
     ) -> None:
-        """Draw a lying rod, open at its ends: a cylinder is to hide them.
-
-        Parameters
-        ----------
-        start, end : array_like of shape (2,)
-            Ends of its axis (m).
-        radius : float
-            Its radius (m).
-        height : float
-            Height of its axis (m).
-        colour : tuple of float
-            Its colour.
-        """
+        """Draw a lying rod, open at its ends: a cylinder is to hide them."""
         along = np.subtract(end, start)
         length = float(np.hypot(*along))
         cos, sin = (along / length).tolist()

@@ -1,30 +1,175 @@
-"""The picture of a skill: from a task to the gate, a policy and a movement."""
+"""What skills and other learners make of tasks: regressions, the gate, a movement.
+
+A skill's charts have their own colours; a learner without charts has its method's.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.patches import Circle as Disc
 from matplotlib.patches import ConnectionPatch
 from numpy.typing import ArrayLike, NDArray
 
 from msc.learn import ParameterizedSkill
-from msc.plots._curves import DENSE, draw_charts
 from msc.plots._style import (
     COLOURS,
     GOAL,
+    METHOD_STYLES,
     SMALL,
+    WEIGHT_LABELS,
     chart_colour,
     chart_marker,
     styled,
 )
-from msc.plots._world import WEIGHT_LABELS, draw_arm
+from msc.plots._world import draw_arm, draw_world
 from msc.robot import Rollout, Workspace
+
+DENSE = np.linspace(0, 2 * np.pi, 721, endpoint=False)[:, None]  # tasks (rad)
+STAR: dict[str, Any] = {"color": GOAL, "ms": 13, "mec": "white"}  # of a new task
+
+Array = NDArray[np.float64]
+
+
+class Curve(NamedTuple):
+    """One weight over a stretch of tasks that one regression predicts."""
+
+    chart: int
+    degrees: Array
+    mean: Array
+    std: Array  # the policies' noise included; zeros if it is not known
+
+
+def predict_curves(learner: Any, weight: int, tasks: Array = DENSE) -> Iterator[Curve]:
+    """Predict a weight over many tasks (rad), cut where the gate's chart changes."""
+    if isinstance(learner, ParameterizedSkill):
+        gate = learner.predict_chart(tasks)
+        mean, std = learner.predict(tasks, return_std=True)
+    else:  # others have no band in these units
+        gate, mean = np.zeros(len(tasks), int), learner.predict(tasks)
+        std = np.zeros_like(mean)
+    degrees = np.rad2deg(tasks[:, 0])
+    for piece in np.split(np.arange(len(gate)), np.flatnonzero(np.diff(gate)) + 1):
+        found = mean[piece, weight], std[piece, weight]
+        yield Curve(int(gate[piece[0]]), degrees[piece], *found)
+
+
+def draw_regression(
+    axis: Axes,
+    learner: Any,
+    weight: int,
+    *,
+    colour: str | None = None,
+    band: float = 0.15,
+    only: int | None = None,
+    tasks: Array = DENSE,
+) -> None:
+    """Draw a weight over the tasks, and two standard deviations to either side.
+
+    Without a `colour` it is the charts'; all charts but `only` that one are pale.
+    """
+    for chart, degrees, mean, std in predict_curves(learner, weight, tasks):
+        pale = 1.0 if only in (None, chart) else 0.3
+        look: Any = {"color": colour or chart_colour(chart)}
+        axis.plot(degrees, mean, alpha=pale, **look)
+        if std.any():
+            edges = mean - 2 * std, mean + 2 * std
+            axis.fill_between(degrees, *edges, alpha=band * pale, lw=0, **look)
+
+
+def draw_by_chart(
+    axis: Axes,
+    points: Array,
+    charts: ArrayLike,
+    *,
+    only: int | None = None,
+    **look: Any,
+) -> None:
+    """Draw points in the colours and with the markers of their charts."""
+    for chart in np.unique(charts):
+        axis.plot(
+            *points[charts == chart].T,
+            chart_marker(chart),
+            color=chart_colour(chart),
+            alpha=1.0 if only in (None, chart) else 0.4,
+            label=f"chart {chart + 1}",
+            **{"mec": "white", **look},
+        )
+
+
+def draw_charts(
+    axis: Axes,
+    skill: ParameterizedSkill,
+    degrees: Array,
+    values: Array,
+    *,
+    weight: int,
+    only: int | None = None,
+) -> None:
+    """Draw a skill's regressions of a weight, and the values it was trained on."""
+    draw_regression(axis, skill, weight, band=0.2, only=only)
+    draw_by_chart(axis, np.c_[degrees, values], skill.charts_, only=only, ms=5, mew=0.4)
+    axis.set_ylim(*widen(values, 0.25))
+
+
+def widen(values: Array, share: float) -> tuple[float, float]:
+    """Return bounds of values with a share of their range added at either end."""
+    margin = share * np.ptp(values)
+    return float(values.min() - margin), float(values.max() + margin)
+
+
+@styled
+def plot_rivals(
+    learners: Mapping[str, Any],
+    tasks: NDArray[np.float64],
+    policies: NDArray[np.float64],
+    *,
+    chosen: NDArray[np.intp],
+    weight: int,
+) -> Figure:
+    """Draw one weight over the tasks as several learners predict it.
+
+    Parameters
+    ----------
+    learners : mapping from str to estimator
+        Fitted, by the names of methods; a skill of several charts in their colours.
+    tasks : ndarray of shape (n_grid, 1)
+        Tasks (rad).
+    policies : ndarray of shape (n_grid, n_params)
+        Their searched policies.
+    chosen : ndarray of int
+        Indices of those trained on.
+    weight : int
+        The policy dimension.
+
+    Returns
+    -------
+    Figure
+        One panel a learner; grey points are all searched policies.
+    """
+    degrees, searched = np.rad2deg(tasks[:, 0]), policies[:, weight]
+    figure, axes = plt.subplots(
+        1, len(learners), figsize=(7.4, 2.9), sharex=True, sharey=True
+    )
+    for axis, (name, learner) in zip(axes, learners.items(), strict=True):
+        axis.plot(degrees, searched, ".", ms=2.5, color=COLOURS["searched"])
+        trained = degrees[chosen], searched[chosen]
+        if getattr(learner, "n_charts_", 1) > 1:
+            draw_charts(axis, learner, *trained, weight=weight)
+        else:
+            draw_regression(axis, learner, weight, colour=COLOURS[name])
+            look: Any = {"color": COLOURS[name], "mec": "white", "mew": 0.4}
+            axis.plot(*trained, METHOD_STYLES[name]["marker"], ms=4, **look)
+        axis.set(title=name, xticks=range(0, 361, 120))
+        axis.set_xlabel("task angle (degrees)")
+    axes[0].set_ylim(*widen(searched, 0.15))
+    axes[0].set_ylabel(f"policy weight {WEIGHT_LABELS[weight]}")
+    return figure
 
 
 @styled
@@ -63,11 +208,10 @@ def plot_composition(
         Numbered panels joined by arrows: the task; the gate; the regression of the
         task's chart, the others pale; the six weights predicted; the movement.
     """
-    tasks, policies = np.asarray(tasks), np.asarray(policies)
+    degrees, values = np.rad2deg(tasks)[:, 0], np.asarray(policies)[:, weight]
     new = np.deg2rad([[task_deg]])
     chart = int(skill.predict_chart(new)[0])
-    mean, std = skill.predict(new, return_std=True)
-    colour = chart_colour(chart)
+    [mean], [std] = skill.predict(new, return_std=True)
     figure = plt.figure(figsize=(7.4, 6.4))
     grid = figure.add_gridspec(
         3, 2, width_ratios=(1, 1.35), height_ratios=(0.28, 1.35, 1.5)
@@ -77,48 +221,43 @@ def plot_composition(
     curve = figure.add_subplot(grid[1, 1], sharex=gate)
     bars = figure.add_subplot(grid[2, 1])
     plane = figure.add_subplot(grid[2, 0])
-    goal = world.target(task_deg)
-    _draw_goals(task, skill, tasks, world)
-    task.plot(*goal, "*", color=GOAL, ms=13, mec="white", zorder=6)
+
+    draw_world(task, world, task_deg, view="skill")
+    draw_arm(task, world, world.home, alpha=0.5)
+    draw_by_chart(task, world.target(degrees), skill.charts_, ms=6, zorder=4)
+    task.legend(loc="lower right", ncols=2, columnspacing=0.8, handletextpad=0.1)
     task.set_title("1  a task, never searched", loc="left")
+
     _draw_gate(gate, skill)
     gate.axvline(task_deg, color=GOAL, lw=1.5)
     gate.set_title(f"2  the gate: chart {chart + 1}", loc="left")
-    draw_charts(curve, skill, tasks, policies, weight=weight, only=chart)
+
+    draw_charts(curve, skill, degrees, values, weight=weight, only=chart)
     curve.axvline(task_deg, color=GOAL, lw=1.5)
-    curve.plot(task_deg, mean[0, weight], "*", color=GOAL, ms=13, mec="white")
+    curve.plot(task_deg, mean[weight], "*", **STAR)
     curve.set_title("3  that chart's regressions, one a weight", loc="left")
     curve.set(xlabel="task angle (degrees)", xticks=range(0, 361, 60))
     curve.set_ylabel(f"weight {WEIGHT_LABELS[weight]}")
-    look: Any = {"color": colour, "ecolor": "0.2", "capsize": 4}
-    bars.bar(range(len(mean[0])), mean[0], yerr=2 * std[0], **look)
+
+    look: Any = {"color": chart_colour(chart), "ecolor": "0.2", "capsize": 4}
+    bars.bar(range(len(mean)), mean, yerr=2 * std, **look)
     bars.set_axisbelow(True)
     bars.axhline(0, color="0.3", lw=0.8)
-    bars.plot(weight, mean[0, weight], "*", color=GOAL, ms=13, mec="white", zorder=5)
-    bars.set_xticks(range(len(mean[0])), WEIGHT_LABELS)
+    bars.plot(weight, mean[weight], "*", zorder=5, **STAR)
+    bars.set_xticks(range(len(mean)), WEIGHT_LABELS)
     bars.set_title("4  the policy: six weights", loc="left")
-    _draw_movement(plane, world, rollout, goal)
+
+    draw_world(plane, world, task_deg, view="skill", ms=11)
+    _draw_movement(plane, world, rollout)
     plane.set_title(f"5  it ends {100 * rollout.error:.1f} cm off", loc="left")
+
+    goal = world.target(task_deg)
     _join(figure, task, goal, gate, (0, 0.5))
-    _join(figure, curve, (360, mean[0, weight]), bars, (5.6, 0.0), turn=-0.15)
+    _join(figure, curve, (360, mean[weight]), bars, (5.6, 0.0))
     _join(figure, bars, (-0.6, 0.0), plane, goal)
     layout: Any = figure.get_layout_engine()
     layout.set(rect=(0, 0, 0.95, 1))  # the arrow beside the panels needs room
     return figure
-
-
-def _draw_goals(
-    axis: Axes, skill: ParameterizedSkill, tasks: NDArray[np.float64], world: Workspace
-) -> None:
-    """Draw the goals of the training tasks in the colours of their charts."""
-    _draw_ground(axis, world)
-    draw_arm(axis, world, world.home, alpha=0.5)
-    for chart in range(skill.n_charts_):
-        goals = world.target(np.rad2deg(tasks[skill.charts_ == chart, 0]))
-        look: Any = {"color": chart_colour(chart), "ms": 6, "mec": "white"}
-        marker, label = chart_marker(chart), f"chart {chart + 1}"
-        axis.plot(*goals.T, marker, ls="", label=label, zorder=4, **look)
-    axis.legend(loc="lower right", ncols=2, columnspacing=0.8, handletextpad=0.1)
 
 
 def _draw_gate(axis: Axes, skill: ParameterizedSkill) -> None:
@@ -138,33 +277,19 @@ def _draw_gate(axis: Axes, skill: ParameterizedSkill) -> None:
     axis.grid(visible=False)
 
 
-def _draw_movement(
-    axis: Axes, world: Workspace, rollout: Rollout, goal: NDArray[np.float64]
-) -> None:
+def _draw_movement(axis: Axes, world: Workspace, rollout: Rollout) -> None:
     """Draw the movement as a stroboscope would show it."""
-    _draw_ground(axis, world)
-    for step in np.linspace(0, len(rollout.joints) - 1, 5).round().astype(int):
-        pale = 0.2 + 0.6 * step / (len(rollout.joints) - 1)
-        draw_arm(axis, world, rollout.joints[step], lw=3, color=str(1 - pale))
+    last = len(rollout.joints) - 1
+    for step in np.linspace(0, last, 5).round().astype(int):
+        grey = str(1 - (0.2 + 0.6 * step / last))
+        draw_arm(axis, world, rollout.joints[step], lw=3, color=grey)
     axis.plot(*rollout.path.T, color=COLOURS["charts"], lw=2, zorder=4)
-    axis.plot(*goal, "*", color=GOAL, ms=11, mec="white", zorder=6)
 
 
-def _draw_ground(axis: Axes, world: Workspace) -> None:
-    """Draw the goal circle and the obstacles, without numbers."""
-    axis.add_patch(Disc((0, 0), world.goal_radius, fill=False, color=GOAL, lw=1))
-    for circle in world.circles:
-        axis.add_patch(Disc((circle.x, circle.y), circle.radius, color="black"))
-    axis.set(xlim=(-0.95, 0.8), ylim=(-0.95, 0.8), aspect="equal", xticks=(), yticks=())
-    axis.spines[["left", "bottom"]].set_visible(False)
-
-
-def _join(
-    figure: Figure, one: Axes, here: Any, two: Axes, there: Any, *, turn: float = -0.15
-) -> None:
+def _join(figure: Figure, one: Axes, here: Any, two: Axes, there: Any) -> None:
     """Draw an arrow from a place in one panel to a place in another."""
     look: Any = {"arrowstyle": "-|>", "mutation_scale": 12, "color": "0.35"}
-    bend: Any = {"connectionstyle": f"arc3,rad={turn}", "shrinkA": 9, "shrinkB": 9}
+    bend: Any = {"connectionstyle": "arc3,rad=-0.15", "shrinkA": 9, "shrinkB": 9}
     arrow = ConnectionPatch(
         here, there, one.transData, two.transData, zorder=10, **look, **bend
     )

@@ -2,7 +2,7 @@
 
 A `Slider` is panels of marks; some marks stand still, others have a shape for every
 step of the slider, or for every step and moment of a film. It shows itself as HTML with
-a canvas, `scrubber.js` and its numbers inline, and as a picture where there is no
+a canvas, `slider.js` and its numbers inline, and as a picture where there is no
 script: on paper, or with JavaScript off.
 """
 
@@ -12,17 +12,28 @@ import base64
 import html
 import io
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import wraps
 from pathlib import Path
-from typing import Any
+from typing import Any, Concatenate, ParamSpec
 
+import matplotlib.pyplot as plt
 import numpy as np
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
-from numpy.typing import ArrayLike
+
+from msc.plots._style import styled
 
 SCALE = 1000  # of coordinates, relative to a panel's width: as fine as a screen
+DEPTHS = {"never": 0, "step": 1, "time": 2}  # of lists of points
+FLAT = 0.6  # height over width of the panels beside the arm
+TASK_AXIS: dict[str, Any] = {
+    "x_label": "task angle (degrees)",
+    "x_ticks": (0, 90, 180, 270, 360),
+}
+_P = ParamSpec("_P")
 _SCRIPT = Path(__file__).with_name("slider.js")
 
 
@@ -119,8 +130,6 @@ class Slider:
         What that shows.
     first : int, default=0
         Where the slider is at first.
-    n_times : int, default=1
-        Moments of a film.
     seconds : float, default=2.2
         How long a film takes.
     walks : bool, default=False
@@ -141,7 +150,6 @@ class Slider:
     poster: Figure
     poster_alt: str
     first: int = 0
-    n_times: int = 1
     seconds: float = 2.2
     walks: bool = False
     legend: dict[str, str] = field(default_factory=dict)
@@ -161,6 +169,12 @@ class Slider:
                         f"shapes; wanted one a label, {n_steps}"
                     )
 
+    @property
+    def n_times(self) -> int:
+        """Moments of a film: of the marks that vary with time."""
+        marks = (mark for panel in self.panels for mark in panel.marks)
+        return max((len(m.points[0]) for m in marks if m.varies == "time"), default=1)
+
     def _repr_mimebundle_(self, **_: Any) -> dict[str, Any]:
         """Show the page's HTML, or the poster where there is none."""
         png = self._png()
@@ -171,18 +185,7 @@ class Slider:
         }
 
     def to_html(self, png: bytes | None = None) -> str:
-        """Write the drawing as a piece of HTML that needs no other file.
-
-        Parameters
-        ----------
-        png : bytes, optional
-            The poster, if it is drawn already.
-
-        Returns
-        -------
-        str
-            The HTML.
-        """
+        """Write a piece of HTML that needs no other file, with the poster (PNG)."""
         image = base64.b64encode(png or self._png()).decode()
         canvases = "".join(
             f'<canvas role="img" aria-label="{html.escape(panel.alt)}"></canvas>'
@@ -197,7 +200,7 @@ class Slider:
         play = '<button type="button">Play</button>' if plays else ""
         data = json.dumps(self._data(), separators=(",", ":")).replace("<", r"\u003c")
         return (
-            '<div class="msc-scrubber">'
+            '<div class="msc-slider">'
             f'<img class="msc-poster" alt="{html.escape(self.poster_alt)}" '
             f'src="data:image/png;base64,{image}">'
             f'<div class="msc-panels msc-of-{len(self.panels)}">{canvases}</div>'
@@ -218,31 +221,14 @@ class Slider:
 
     def _data(self) -> dict[str, Any]:
         """Return what the script reads."""
-        return {
-            "n_times": self.n_times,
-            "seconds": self.seconds,
-            "walks": self.walks,
-            "labels": list(self.labels),
-            "captions": list(self.captions),
-            "panels": [_describe(panel) for panel in self.panels],
-        }
+        fields = "n_times", "seconds", "walks", "labels", "captions"
+        data = {name: getattr(self, name) for name in fields}
+        return data | {"panels": [_describe(panel) for panel in self.panels]}
 
 
 def choose_ticks(low: float, high: float) -> tuple[float, ...]:
     """Choose a handful of round numbers for an axis.
 
-    Parameters
-    ----------
-    low, high : float
-        Where the axis begins and ends.
-
-    Returns
-    -------
-    tuple of float
-        Numbers between them.
-
-    Examples
-    --------
     >>> choose_ticks(-4.2, 21)
     (0.0, 5.0, 10.0, 15.0, 20.0)
     """
@@ -250,35 +236,36 @@ def choose_ticks(low: float, high: float) -> tuple[float, ...]:
     return tuple(float(f"{place:.6g}") for place in places if low <= place <= high)
 
 
+def poster(draw: Callable[Concatenate[Axes, _P], None]) -> Callable[_P, Figure]:
+    """Have what draws into a panel draw a slider's poster."""
+
+    @styled
+    @wraps(draw)
+    def drawn(*args: _P.args, **options: _P.kwargs) -> Figure:
+        figure, axis = plt.subplots(figsize=(4.2, 4.2))
+        draw(axis, *args, **options)
+        return figure
+
+    return drawn
+
+
 def _describe(panel: Panel) -> dict[str, Any]:
     """Turn a panel into numbers and names."""
     scale = SCALE / min(np.ptp(panel.x), np.ptp(panel.y))
-    look = {
-        "x": panel.x,
-        "y": panel.y,
-        "aspect": panel.aspect,
+    return vars(panel) | {
         "scale": scale,
-        "x_label": panel.x_label,
-        "y_label": panel.y_label,
-        "x_ticks": panel.x_ticks,
-        "y_ticks": panel.y_ticks,
         "y_names": panel.y_names or [f"{y:g}" for y in panel.y_ticks],
+        "marks": [
+            vars(mark) | {"points": _whole(mark.points, scale, DEPTHS[mark.varies])}
+            for mark in panel.marks
+        ],
     }
-    return look | {"marks": [_encode(mark, scale) for mark in panel.marks]}
 
 
-def _encode(mark: Mark, scale: float) -> dict[str, Any]:
-    """Turn a mark into numbers and names, coordinates into whole numbers."""
-
-    def flat(points: ArrayLike) -> Any:
-        values = np.asarray(points, dtype=float).reshape(-1)
-        return np.round(scale * values).astype(int).tolist()
-
-    points: Any = mark.points
-    if mark.varies == "never":
-        points = flat(points)
-    elif mark.varies == "step":
-        points = [flat(one) for one in points]
-    else:
-        points = [[flat(one) for one in film] for film in points]
-    return vars(mark) | {"points": points}
+def _whole(points: Any, scale: float, depth: int) -> list[Any]:
+    """Turn coordinates into whole numbers, below lists by step and by moment."""
+    if depth:
+        return [_whole(one, scale, depth - 1) for one in points]
+    values = np.asarray(points, dtype=float).reshape(-1)
+    rounded: list[Any] = np.round(scale * values).astype(int).tolist()
+    return rounded

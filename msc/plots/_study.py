@@ -1,32 +1,46 @@
-"""Figures on the study of many training sets: errors over the number of samples."""
+"""Figures of what was stored: studies of many training sets, elbows, audits."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import matplotlib.pyplot as plt
+import numpy as np
 import pandas as pd
 from matplotlib.figure import Figure
-from matplotlib.ticker import NullLocator
+from matplotlib.patheffects import withStroke
+from matplotlib.ticker import NullLocator, PercentFormatter
 from numpy.typing import NDArray
+from sklearn.decomposition import PCA
 
-from msc.plots._style import COLOURS, COUNTS, LOOKS, SMALL, styled
-from msc.study import PLAIN, SIGNS, WORLDS, compare_cells
+from msc.data import WEIGHTS, find_jumps, step_sizes
+from msc.learn import SELECTION_CRITERIA
+from msc.plots._style import (
+    COLOURS,
+    COUNT_STYLES,
+    METHOD_STYLES,
+    SMALL,
+    TRIO,
+    styled,
+)
+from msc.plots._tables import PAPER_N_CHARTS, SIGNS, WORLD_TITLES, Stored, comparisons
+from msc.study import MEASURES
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-Study = dict[str, Any]
+PAPER_METHODS = ("charts", "CrKr", "single regression")  # of Figure 8
 
-PAPER = ("charts", "CrKr", "single regression")  # the methods of the paper's Figure 8
+_LOOK: Any = {"color": TRIO[0], "ms": 2.5, "lw": 0}
+_FAINT: Any = {"color": TRIO[1], "ms": 2.5, "lw": 0}
 
 
 @styled
 def plot_sample_sizes(
-    *studies: Study,
+    *studies: Stored,
     measures: Sequence[str] = ("mse, gate learned",),
-    methods: Sequence[str] = PAPER,
+    methods: Sequence[str] = PAPER_METHODS,
     design: str = "even",
     verdicts: bool = True,
 ) -> Figure:
@@ -38,7 +52,7 @@ def plot_sample_sizes(
         Results of `msc.study.run_study`, one column of panels each.
     measures : sequence of str, default=("mse, gate learned",)
         One row of panels each; all panels of a row have the same scale.
-    methods : sequence of str, default=PAPER
+    methods : sequence of str, default=PAPER_METHODS
         The lines.
     design : {"even", "uniform", "nonuniform"}, default="even"
         How training tasks were drawn.
@@ -65,36 +79,41 @@ def plot_sample_sizes(
     return figure
 
 
-def name_measure(measure: str) -> str:
-    """Say in plain words what an axis shows, with the unit if there is one.
+@styled
+def plot_sweep(*studies: Stored, measures: Sequence[str]) -> Figure:
+    """Draw the charts' errors over the number of charts.
 
     Parameters
     ----------
-    measure : str
-        As studies name it, see `msc.study._study`.
+    *studies : dict
+        Results of `msc.study.run_study`, one column of panels each.
+    measures : sequence of str
+        One row of panels each.
 
     Returns
     -------
-    str
-        Its name; policy weights have no unit.
-
-    Examples
-    --------
-    >>> name_measure("error_cm")
-    'distance at the end (cm)'
-    >>> print(name_measure("mse, chart known"))
-    mean squared error
-    of policies, chart known
+    Figure
+        The drawing; one line a number of training tasks, bands are 95 % intervals.
     """
-    kind, comma, reading = measure.partition("mse, ")
-    if not comma:
-        return PLAIN.get(measure, measure)
-    of = "standardised policies" if kind else "policies"
-    return f"mean squared error\nof {of}, {reading}"
+    figure, axes = _panels(studies, measures, 2.6 * len(measures))
+    for column, study in zip(axes.T, studies, strict=True):
+        sweep = pd.DataFrame(study["sweep"])
+        for axis, measure in zip(column, measures, strict=True):
+            for (n_samples, cells), look in zip(
+                sweep.groupby("n_samples"), COUNT_STYLES, strict=False
+            ):
+                found = pd.DataFrame(
+                    [cell[measure]["charts"] for cell in cells["measures"]]
+                )
+                _draw_band(axis, cells["n_charts"], found, str(n_samples), look)
+            axis.set_yscale("log")
+        column[-1].set(xlabel="charts", xticks=sweep["n_charts"].unique())
+    axes[0, -1].legend(title="training tasks")
+    return figure
 
 
 def _panels(
-    studies: Sequence[Study], measures: Sequence[str], height: float
+    studies: Sequence[Stored], measures: Sequence[str], height: float
 ) -> tuple[Figure, NDArray[Any]]:
     """Lay out one row of panels a measure, on one scale, and one column a study."""
     figure, axes = plt.subplots(
@@ -106,9 +125,9 @@ def _panels(
         squeeze=False,
     )
     for axis, study in zip(axes[0], studies, strict=True):
-        axis.set_title(WORLDS[study["workspace"]])
+        axis.set_title(WORLD_TITLES[study["workspace"]])
     for axis, measure in zip(axes[:, 0], measures, strict=True):
-        axis.set_ylabel(name_measure(measure))
+        axis.set_ylabel(MEASURES[measure].axis)
     return figure, axes
 
 
@@ -119,23 +138,21 @@ def _draw_line(axis: Axes, cells: list[Any], measure: str, method: str) -> None:
     if found.empty:
         return
     sizes = [cell["n_samples"] for cell in here]
-    _draw_band(axis, sizes, found, method, LOOKS[method])
+    _draw_band(axis, sizes, found, method, METHOD_STYLES[method])
 
 
 def _draw_verdicts(
-    axis: Axes, study: Study, design: str, measure: str, baselines: Sequence[str]
+    axis: Axes, study: Stored, design: str, measure: str, baselines: Sequence[str]
 ) -> None:
     """Write, below a panel, the verdict on the charts at each size."""
     below = axis.get_xaxis_transform()
-    found = compare_cells(study, design)
-    found = found[found["measure"] == measure]
     for row, baseline in enumerate(baselines):
         height = -0.07 * (row + 1)
         look: Any = {"color": COLOURS[baseline], "fontsize": SMALL, "va": "center"}
-        here = found[found["baseline"] == baseline]
-        for place, one in zip(here["n_samples"], here["comparison"], strict=True):
-            sign = SIGNS[one.verdict]
-            axis.text(place, height, sign, transform=below, ha="center", **look)
+        ratios = comparisons(study, measure, baseline, design=design)
+        for n_samples, ratio in ratios.items():
+            sign = SIGNS[ratio.verdict]
+            axis.text(n_samples, height, sign, transform=below, ha="center", **look)
         place_in_grid: Any = axis.get_subplotspec()
         if place_in_grid.is_first_col():
             beside, text = axis.transAxes, f"vs {baseline} "
@@ -151,41 +168,6 @@ def _name_sizes(axis: Axes, sizes: Sequence[int]) -> None:
     axis.set_xticks(sizes, [str(size) for size in sizes], fontsize=SMALL)
 
 
-@styled
-def plot_sweep(*studies: Study, measures: Sequence[str]) -> Figure:
-    """Draw the charts' errors over the number of charts.
-
-    Parameters
-    ----------
-    *studies : dict
-        Results of `msc.study.run_study`, one column of panels each.
-    measures : sequence of str
-        One row of panels each.
-
-    Returns
-    -------
-    Figure
-        The drawing; one line a number of training tasks, bands are 95 % intervals.
-    """
-    figure, axes = _panels(
-        studies, [name_measure(one) for one in measures], 2.6 * len(measures)
-    )
-    for column, study in zip(axes.T, studies, strict=True):
-        sweep = pd.DataFrame(study["sweep"])
-        for axis, measure in zip(column, measures, strict=True):
-            for (n_samples, cells), look in zip(
-                sweep.groupby("n_samples"), COUNTS, strict=False
-            ):
-                found = pd.DataFrame(
-                    [cell[measure]["charts"] for cell in cells["measures"]]
-                )
-                _draw_band(axis, cells["n_charts"], found, str(n_samples), look)
-            axis.set_yscale("log")
-        column[-1].set(xlabel="charts", xticks=sweep["n_charts"].unique())
-    axes[0, -1].legend(title="training tasks")
-    return figure
-
-
 def _draw_band(
     axis: Axes, places: Any, found: pd.DataFrame, label: str, look: dict[str, Any]
 ) -> None:
@@ -195,3 +177,191 @@ def _draw_band(
     axis.fill_between(
         places, found["low"], found["high"], color=colour, alpha=0.15, lw=0
     )
+
+
+@styled
+def plot_elbows(*elbows: Stored) -> Figure:
+    """Draw the curves that an elbow may be read from, and what is picked.
+
+    Parameters
+    ----------
+    *elbows : dict
+        What `msc evaluate` wrote, one a workspace.
+
+    Returns
+    -------
+    Figure
+        One row a reading, one column a workspace: the curve over the number of charts,
+        scaled to its range; the number picked as a diamond; as bars, the share of the
+        parts of the data on which each number is picked; dotted, the paper's number.
+    """
+    figure, axes = plt.subplots(
+        len(SELECTION_CRITERIA),
+        len(elbows),
+        figsize=(7.4, 1.45 * len(SELECTION_CRITERIA) + 0.4),
+        sharex="col",
+        sharey=True,
+        squeeze=False,
+    )
+    for column, measured in zip(axes.T, elbows, strict=True):
+        for axis, (name, label) in zip(column, SELECTION_CRITERIA.items(), strict=True):
+            _draw_reading(axis, measured["readings"][name])
+            axis.set_title(label, loc="left", fontsize=SMALL)
+        column[0].set_title(measured["workspace"], loc="right", fontweight="bold")
+        column[-1].set_xlabel("charts")
+    named = axes[0, 0].get_legend_handles_labels()
+    figure.legend(*named, loc="outside lower center", ncols=4)
+    figure.supylabel("share of the parts; curve, scaled", fontsize=9)
+    return figure
+
+
+def _draw_reading(axis: Axes, reading: Mapping[str, Any]) -> None:
+    """Draw one curve, its pick, and the picks on parts of the data."""
+    curve, picked = np.array(reading["curve"]), reading["picked"]
+    counts = np.arange(1, len(curve) + 1)
+    height = (curve - curve.min()) / (np.ptp(curve) or 1.0)
+    times = np.array([reading["resampled"].get(f"{count}", 0) for count in counts])
+    axis.bar(
+        counts,
+        times / max(times.sum(), 1),
+        color="0.78",
+        label="share of the parts that pick it",
+    )
+    axis.axvline(PAPER_N_CHARTS, color="0.3", ls=":", lw=1, label="the paper's number")
+    axis.plot(
+        counts, height, "o-", ms=3, color=TRIO[0], label="curve, scaled to its range"
+    )
+    axis.plot(
+        picked,
+        height[picked - 1],
+        "D",
+        ms=7,
+        color=TRIO[1],
+        mec="black",
+        label="picked on all tasks",
+    )
+    axis.yaxis.set_major_formatter(PercentFormatter(1))
+    axis.set_axisbelow(True)
+    axis.set(ylim=(-0.08, 1.08), yticks=(0, 0.5, 1), xticks=counts)
+
+
+@styled
+def plot_quality(*tables: pd.DataFrame, names: tuple[str, ...]) -> Figure:
+    """Draw what the searches found over the circle: cost, agreement, steps, contacts.
+
+    Parameters
+    ----------
+    *tables : DataFrame
+        Tables of searched policies, one column of panels each.
+    names : tuple of str
+        Their titles.
+
+    Returns
+    -------
+    Figure
+        The drawing.
+    """
+    rows = (_draw_cost, _draw_agreement, _draw_steps, _draw_contacts)
+    figure, axes = plt.subplots(
+        len(rows),
+        len(tables),
+        figsize=(3.6 * len(tables), 7.4),
+        sharex=True,
+        sharey="row",
+        squeeze=False,
+    )
+    for column, table, name in zip(axes.T, tables, names, strict=True):
+        jumps = find_jumps(table["task_deg"], table[list(WEIGHTS)])
+        for axis, draw in zip(column, rows, strict=True):
+            for jump in jumps:
+                where = table["task_deg"].iloc[jump : jump + 2].mean()
+                axis.axvline(where, color="0.6", ls=":", lw=1)
+            draw(axis, table)
+            if axis not in axes[:, 0]:
+                axis.set_ylabel("")
+        column[0].set_title(name)
+        column[-1].set(xlabel="task angle (degrees)", xticks=range(0, 361, 90))
+    axes[0, 0].legend(markerscale=2)
+    return figure
+
+
+def _draw_cost(axis: Axes, table: pd.DataFrame) -> None:
+    other = table["cost"] + table["margin"]
+    axis.plot(table["task_deg"], other, "^", **_FAINT, label="best other")
+    axis.plot(table["task_deg"], table["cost"], "o", **_LOOK, label="stored")
+    axis.set(ylabel="cost", ylim=(0, 1.6 * table["cost"].max()))
+
+
+def _draw_agreement(axis: Axes, table: pd.DataFrame) -> None:
+    share = 100 * table["starts_agreeing"] / table["starts"]
+    axis.plot(table["task_deg"], share, "o", **_LOOK)
+    axis.set(ylabel="starts that agree (%)", ylim=(0, 104))
+
+
+def _draw_steps(axis: Axes, table: pd.DataFrame) -> None:
+    steps, threshold = step_sizes(table[list(WEIGHTS)], closed=True)
+    after = table["task_deg"] + np.diff(table["task_deg"], append=360) / 2
+    axis.semilogy(after[:-1], steps[:-1], "o", **_LOOK)
+    axis.semilogy(after.iloc[-1:], steps[-1:], "D", mfc="none", color="black", ms=5)
+    axis.annotate(
+        "across the cut",
+        (after.iloc[-1], steps[-1]),
+        (-6, 0),
+        textcoords="offset points",
+        ha="right",
+        va="center",
+    )
+    axis.axhline(threshold, color="0.3", ls="--", lw=1)
+    axis.set(ylabel="step to the next policy")
+
+
+def _draw_contacts(axis: Axes, table: pd.DataFrame) -> None:
+    axis.plot(table["task_deg"], table["contact_impulse_n_s"], "o", **_LOOK)
+    axis.set(ylabel="contact impulse (N s)")
+
+
+@styled
+def plot_curves(*tables: pd.DataFrame, names: tuple[str, ...]) -> Figure:
+    """Draw the manifolds in the policies' first two principal components.
+
+    Parameters
+    ----------
+    *tables : DataFrame
+        Tables of searched policies, one panel each.
+    names : tuple of str
+        Their titles.
+
+    Returns
+    -------
+    Figure
+        The drawing: colour is the task angle, dashed lines are jumps, the dash-dotted
+        one closes the circle across the cut.
+    """
+    figure, axes = plt.subplots(
+        1, len(tables), figsize=(3.6 * len(tables), 3.4), squeeze=False
+    )
+    for axis, table, name in zip(axes[0], tables, names, strict=True):
+        flat = PCA(2).fit_transform(table[list(WEIGHTS)].to_numpy())
+        for jump in find_jumps(table["task_deg"], table[list(WEIGHTS)]):
+            axis.plot(*flat[jump : jump + 2].T, "--", color="0.5", lw=1)
+        axis.plot(*flat[[-1, 0]].T, "-.", color="black", lw=1)
+        points = axis.scatter(
+            *flat.T, c=table["task_deg"], cmap="viridis", s=9, zorder=3
+        )
+        for place, across in ((0, -1), (-1, 1)):  # below left, above right
+            angle = table["task_deg"].iloc[place]
+            axis.annotate(
+                f"{angle:g}°",
+                flat[place],
+                (5 * across, 5 * across),
+                textcoords="offset points",
+                ha="left" if across > 0 else "right",
+                va="bottom" if across > 0 else "top",
+                fontweight="bold",
+                path_effects=[withStroke(linewidth=2.5, foreground="white")],
+                zorder=4,
+            )
+        axis.set(title=name, xlabel="1st component")
+    axes[0, 0].set_ylabel("2nd component")
+    figure.colorbar(points, ax=axes, label="task angle (degrees)", shrink=0.9)
+    return figure

@@ -2,8 +2,8 @@
 
 A method has the same colour, marker and dashes on every page. The colours keep apart in
 grey and to the colour-blind, at least where nothing but colour tells two things apart;
-`tests/test_looks.py` simulates both. No figure names a colour of its own but greys, and
-red for goals; the view at a slant has its own, in `_scene` and `_rays`.
+`tests/test_style.py` simulates both. No figure names a colour of its own but greys, and
+red for goals; the view at a slant has its own, in `_film` and `_rays`.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ STYLE: Any = {
     "lines.linewidth": 1.5,
 }
 
-LOOKS: dict[str, dict[str, Any]] = {
+METHOD_STYLES: dict[str, dict[str, Any]] = {
     "charts": {"color": "#00467F", "marker": "o", "ls": "-"},
     "single regression": {"color": "#C44E00", "marker": "s", "ls": "--"},
     "CrKr": {"color": "#3E9FD8", "marker": "^", "ls": "-."},
@@ -45,7 +45,7 @@ LOOKS: dict[str, dict[str, Any]] = {
     "zero policy": {"color": "#B3B3B3", "marker": "", "ls": (0, (3, 1, 1, 1, 1, 1))},
     "searched": {"color": "#9E9E9E", "marker": ".", "ls": "-"},
 }
-COLOURS: dict[str, str] = {name: look["color"] for name, look in LOOKS.items()}
+COLOURS: dict[str, str] = {name: look["color"] for name, look in METHOD_STYLES.items()}
 
 # Charts by number, never in the colour of a method; and their markers.
 CHART_COLOURS = ("#6A0F49", "#0F7A5A", "#B07AE0", "#E0A800", "#7A5C3E", "#38C0C8")
@@ -53,17 +53,21 @@ CHART_MARKERS = "os^DvP"
 
 # Two or three things that are neither: sides of a break, worlds, basis functions.
 TRIO = ("#2A6FDB", "#DB8C00", "#8A2A6B")
-WORLDS: dict[str, dict[str, Any]] = {
+WORLD_STYLES: dict[str, dict[str, Any]] = {
     "free": {"color": TRIO[0], "marker": "o"},
     "obstacles": {"color": TRIO[1], "marker": "s"},
 }
 # Few, some, many: what is counted grows darker.
-COUNTS: tuple[dict[str, Any], ...] = (
+COUNT_STYLES: tuple[dict[str, Any], ...] = (
     {"color": "#E3A33C", "marker": "D", "ls": ":"},
     {"color": "#B2456E", "marker": "^", "ls": "--"},
     {"color": "#46185F", "marker": "o", "ls": "-"},
 )
 GOAL = "#D62728"
+
+# The policy's dimensions: in figures, and where there is no LaTeX.
+WEIGHT_LABELS = ("$w_1^x$", "$w_2^x$", "$w_3^x$", "$w_1^y$", "$w_2^y$", "$w_3^y$")
+WEIGHT_NAMES = ("w₁ˣ", "w₂ˣ", "w₃ˣ", "w₁ʸ", "w₂ʸ", "w₃ʸ")
 
 
 def chart_colour(chart: SupportsIndex) -> str:

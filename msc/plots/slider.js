@@ -1,4 +1,4 @@
-// Draws what msc.scrubber describes: panels whose moving parts follow a slider.
+// Draws what `Slider` describes: panels whose moving parts follow a slider.
 (function (root, data) {
   "use strict";
   const slider = root.querySelector("input[name=step]");

@@ -37,17 +37,6 @@ if TYPE_CHECKING:
     )
     from msc.study._study import run_elbows, run_study
     from msc.study._summaries import MEASURES, Study, find_cell, format_study
-    from msc.study._tables import (
-        PLAIN,
-        SIGNS,
-        WORLDS,
-        compare_cells,
-        comparison_table,
-        gate_shares,
-        kernel_table,
-        ratio_table,
-        sets_table,
-    )
     from msc.study._trial import TEST_SUBSETS, Experiment, execute_policies
 
 __all__, __getattr__, __dir__ = face(__name__, __file__)

@@ -141,7 +141,7 @@ def test_no_request_elsewhere(seen, address):
 
 
 WITHOUT_SERVER = list(dict.fromkeys([
-    PAGES[0], *holding("msc-scrubber")[:1], *holding('class="math')[:1]
+    PAGES[0], *holding("msc-slider")[:1], *holding('class="math')[:1]
 ]))  # fmt: skip
 
 

@@ -9,9 +9,9 @@ from vision import contrast
 
 SLIDERS = [
     (name, number)
-    for name in holding('class="msc-scrubber')
+    for name in holding('class="msc-slider')
     for number in range(
-        len(re.findall('class="msc-scrubber', built(name).read_text(encoding="utf-8")))
+        len(re.findall('class="msc-slider', built(name).read_text(encoding="utf-8")))
     )
 ]
 IDS = [f"{name}-{number}" for name, number in SLIDERS]
@@ -53,7 +53,7 @@ class Drawing:
     def __init__(self, visit, number):
         self.page = visit.page
         self.where = f"{visit.name}.html, slider {number + 1}"
-        self.root = visit.page.locator(".msc-scrubber").nth(number)
+        self.root = visit.page.locator(".msc-slider").nth(number)
         self.slider = self.root.locator("input[type=range]").first
         self.output = self.root.locator("output").first
 

@@ -10,19 +10,13 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
-from msc.plots._style import (
-    CHART_COLOURS,
-    COLOURS,
-    chart_colour,
-    chart_marker,
-    styled,
-)
-from msc.plots._world import WEIGHT_LABELS
+from msc.plots._skill import draw_by_chart, draw_regression, widen
+from msc.plots._style import COLOURS, WEIGHT_LABELS, styled
 from msc.study import Experiment
 
-METHODS = ("single regression", "charts")  # from left to right, or top to bottom
+FINE = np.linspace(0, 2 * np.pi, 1441, endpoint=False)[:, None]  # tasks (rad)
+COMPARED = ("single regression", "charts")  # from left to right, or top to bottom
 
 
 @styled
@@ -77,43 +71,22 @@ def _draw_manifold(
     single: Axes, charts: Axes, experiment: Experiment, dimension: int
 ) -> None:
     """Draw one policy dimension: searched, and predicted by either method."""
-    labels, chosen = experiment.methods["charts"].charts_, experiment.chosen
-    trained = np.rad2deg(experiment.tasks[chosen, 0])
-    values = experiment.policies[chosen, dimension]
+    chosen, methods = experiment.chosen, experiment.methods
+    angles = np.rad2deg(experiment.tasks[:, 0])
     searched = experiment.policies[:, dimension]
+    trained = np.c_[angles, searched][chosen]
+    look: Any = {"color": COLOURS["searched"], "label": "searched"}
     for axis in (single, charts):
-        axis.plot(
-            np.rad2deg(experiment.tasks[:, 0]),
-            searched,
-            ".",
-            ms=2.5,
-            color=COLOURS["searched"],
-            label="searched",
-        )
+        axis.plot(angles, searched, ".", ms=2.5, **look)
         _mark_jumps(axis, experiment)
         axis.set_xticks(range(0, 361, 60))
-    dense = np.linspace(0, 2 * np.pi, 1441, endpoint=False)[:, None]
-    draw: Any = {"dense": dense, "dimension": dimension, "experiment": experiment}
-    one = np.zeros(len(dense), dtype=int)
     colour = COLOURS["single regression"]
-    _draw_regression(single, "single regression", one, (colour,), **draw)
-    single.plot(trained, values, "o", ms=3.5, color=colour, mec="white", mew=0.4)
-    gate = experiment.methods["charts"].predict_chart(dense)
-    _draw_regression(charts, "charts", gate, CHART_COLOURS, **draw)
-    for chart in np.unique(labels):
-        here = labels == chart
-        charts.plot(
-            trained[here],
-            values[here],
-            chart_marker(chart),
-            ms=4,
-            color=chart_colour(chart),
-            mec="white",
-            mew=0.4,
-            label=f"chart {chart + 1}",
-        )
-    margin = 0.15 * np.ptp(searched)
-    single.set_ylim(searched.min() - margin, searched.max() + margin)
+    one, several = (methods[name] for name in COMPARED)
+    draw_regression(single, one, dimension, colour=colour, tasks=FINE)
+    single.plot(*trained.T, "o", ms=3.5, color=colour, mec="white", mew=0.4)
+    draw_regression(charts, several, dimension, tasks=FINE)
+    draw_by_chart(charts, trained, several.charts_, ms=4, mew=0.4)
+    single.set_ylim(*widen(searched, 0.15))
     single.set_ylabel(f"policy weight {WEIGHT_LABELS[dimension]}")
 
 
@@ -122,33 +95,12 @@ def _draw_residuals(
 ) -> None:
     """Draw, for every searched task, the weight predicted minus that searched."""
     angles = np.rad2deg(experiment.tasks[:, 0])
-    for axis, method in zip(axes, METHODS, strict=True):
+    for axis, method in zip(axes, COMPARED, strict=True):
         predicted = experiment.predict(method, experiment.tasks)
         residual = (predicted - experiment.policies)[:, dimension]
         axis.axhline(0, color="0.3", lw=0.8)
         axis.plot(angles, residual, ".", ms=2.5, color=COLOURS[method])
         _mark_jumps(axis, experiment)
-
-
-def _draw_regression(
-    axis: Axes,
-    method: str,
-    chart: NDArray[np.int_],
-    colours: tuple[str, ...],
-    *,
-    dense: NDArray[np.float64],
-    dimension: int,
-    experiment: Experiment,
-) -> None:
-    """Draw a prediction and its band of two standard deviations, broken at charts."""
-    mean, std = experiment.methods[method].predict(dense, return_std=True)
-    mean, std = mean[:, dimension], std[:, dimension]
-    angles = np.rad2deg(dense[:, 0])
-    for piece in np.split(np.arange(len(dense)), np.flatnonzero(np.diff(chart)) + 1):
-        colour = colours[chart[piece[0]] % len(colours)]
-        axis.plot(angles[piece], mean[piece], color=colour)
-        low, high = mean[piece] - 2 * std[piece], mean[piece] + 2 * std[piece]
-        axis.fill_between(angles[piece], low, high, color=colour, alpha=0.15, lw=0)
 
 
 @styled
@@ -176,7 +128,7 @@ def plot_execution(experiment: Experiment) -> Figure:
         width_ratios=(1, 0.05),
     )
     executed = experiment.executed
-    for (axis, rug), method in zip(axes, METHODS, strict=True):
+    for (axis, rug), method in zip(axes, COMPARED, strict=True):
         rows = executed[executed["method"] == method]
         _draw_errors(axis, rows, COLOURS[method])
         _mark_jumps(axis, experiment)
@@ -186,7 +138,7 @@ def plot_execution(experiment: Experiment) -> Figure:
         axis.set_ylabel("error (cm)")
         rug.hlines(rows["error_cm"], 0, 1, color=COLOURS[method], lw=0.6, alpha=0.6)
         rug.set_axis_off()
-    shown = executed.loc[executed["method"].isin(METHODS), "error_cm"]
+    shown = executed.loc[executed["method"].isin(COMPARED), "error_cm"]
     axes[0, 0].set(yscale="log", ylim=(shown.min() / 1.3, shown.max() * 1.3))
     axes[0, 0].yaxis.set_major_formatter("{x:g}")
     axes[1, 0].set(xticks=range(0, 361, 60), xlim=(-3, 363))

@@ -1,10 +1,11 @@
-"""Films of the moving arm, as a strip of pictures (PNG), a GIF or an MP4."""
+"""The moving arm at a slant: a view of a workspace, and films of what happens in it."""
 
 from __future__ import annotations
 
 import subprocess
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -12,12 +13,74 @@ from imageio_ffmpeg import get_ffmpeg_exe
 from numpy.typing import ArrayLike
 from PIL import Image
 
-from msc.plots._scene import Scene
-from msc.robot import TIME_STEP, Rollout, Workspace
+from msc.plots._rays import Canvas
+from msc.robot import (
+    LINK_RADIUS,
+    TIME_STEP,
+    Rollout,
+    Workspace,
+    forward_kinematics,
+)
 
+STEEL, BLUE = (0.55, 0.58, 0.63), (0.0, 0.40, 0.72)
+RED, BLACK = (0.85, 0.06, 0.06), (0.08, 0.08, 0.09)
+OBSTACLE_HEIGHT, ARM_HEIGHT, JOINT_HEIGHT = 0.11, 0.045, 0.073  # m, above the table
 SLOWER = 2  # times; how much films slow a movement down
 FRAME_RATES = {".gif": 20, ".mp4": 30}  # 1/s; an MP4 shows every time step
 STRIP = 6  # pictures in a PNG
+
+
+class Scene:
+    """A tilted view of one workspace, in perspective.
+
+    Parameters
+    ----------
+    workspace : Workspace
+        What to look at.
+    target : array_like of shape (2,), optional
+        The goal, a red bull's-eye on the table (m); by default there is none.
+    size : int, default=480
+        Width and height of a picture (pixels).
+
+    Examples
+    --------
+    >>> world = Workspace.obstacles()
+    >>> scene = Scene(world, world.target(60), size=48)
+    >>> scene.shoot(world.home).size
+    (48, 48)
+    """
+
+    def __init__(
+        self, workspace: Workspace, target: ArrayLike | None = None, *, size: int = 480
+    ) -> None:
+        self.workspace = workspace
+        self._empty = canvas = Canvas(size)
+        canvas.line(_ring((0.0, 0.0), workspace.goal_radius), 0.011, RED)
+        if target is not None:
+            canvas.line(_ring(target, 0.008), 0.018, RED)
+            canvas.line(_ring(target, 0.045), 0.016, RED)
+        bodies = [((x, y), r, OBSTACLE_HEIGHT, BLACK) for x, y, r in workspace.circles]
+        bodies.append(((0.0, 0.0), 0.055, 0.03, STEEL))  # the base
+        for place, radius, height, _ in bodies:
+            canvas.shadow(place, place, radius, (0.0, height))
+        for place, radius, height, colour in bodies:
+            canvas.cylinder(place, radius, (0.0, height), colour)
+
+    def shoot(self, joints: ArrayLike, path: ArrayLike | None = None) -> Image.Image:
+        """Take a picture of a pose (rad), and of a way of the end effector (m)."""
+        canvas = self._empty.copy()
+        if path is not None:
+            canvas.line(path, 0.013, BLUE)
+        points = forward_kinematics(joints, self.workspace.link_lengths)
+        for start, end in pairwise(points):
+            canvas.shadow(start, end, LINK_RADIUS, (ARM_HEIGHT, ARM_HEIGHT))
+        for start, end in pairwise(points):
+            canvas.rod(start, end, LINK_RADIUS, ARM_HEIGHT, STEEL)
+        heights = ARM_HEIGHT - LINK_RADIUS, JOINT_HEIGHT
+        for joint in points[:-1]:
+            canvas.cylinder(joint, 0.028, heights, STEEL)
+        canvas.cylinder(points[-1], 0.031, heights, BLUE)
+        return canvas.develop()
 
 
 def film(
@@ -92,19 +155,7 @@ def check_suffix(path: Path) -> None:
 def save_film(frames: Sequence[Image.Image], path: Path) -> None:
     """Write pictures side by side as a PNG, or one after the other as a GIF or MP4.
 
-    Parameters
-    ----------
-    frames : sequence of Image
-        The pictures, of one size; `FRAME_RATES` says how many are shown in a second.
-    path : Path
-        Where to; the suffix decides. The file is there whole or not at all.
-
-    Raises
-    ------
-    ValueError
-        If the suffix is another.
-    OSError
-        If the file cannot be written.
+    The suffix decides. The file is there whole or not at all.
     """
     check_suffix(path)
     with _draft(path) as draft:
@@ -172,10 +223,7 @@ def _write_gif(frames: Sequence[Image.Image], path: Path) -> None:
 
 
 def _write_mp4(frames: Sequence[Image.Image], path: Path) -> None:
-    """Write H.264 in the pixel format that every player knows, which wants even sizes.
-
-    The program comes with imageio-ffmpeg.
-    """
+    """Write H.264 in the pixel format every player knows, which wants even sizes."""
     width, height = frames[0].size
     look = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", f"{width}x{height}"]
     rate = ["-r", str(FRAME_RATES[".mp4"])]
@@ -192,3 +240,9 @@ def _write_mp4(frames: Sequence[Image.Image], path: Path) -> None:
     if run.returncode:
         words = run.stderr.decode(errors="replace").strip().splitlines()
         raise OSError(f"{path.name}: no film was written: {' '.join(words[-1:])}")
+
+
+def _ring(centre: ArrayLike, radius: float) -> ArrayLike:
+    """Return the points of a circle, closed."""
+    angles = np.linspace(0, 2 * np.pi, 181)
+    return np.asarray(centre) + radius * np.stack([np.cos(angles), np.sin(angles)], 1)

@@ -4,16 +4,17 @@ import pytest
 
 from msc import load_dataset
 from msc.estimates import Estimate
-from msc.plots import plot_sample_sizes, plot_sweep
-from msc.study import (
-    compare_cells,
+from msc.plots import (
     comparison_table,
-    draw_samples,
     gate_shares,
     kernel_table,
+    plot_sample_sizes,
+    plot_sweep,
     ratio_table,
     sets_table,
 )
+from msc.plots._tables import compare_cells
+from msc.study import draw_samples
 
 BASELINES = {"single regression": 2.0, "CrKr": 1.0, "nearest neighbour": 0.5}
 

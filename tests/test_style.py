@@ -8,17 +8,17 @@ import numpy as np
 import pytest
 from vision import VISIONS, closest, closest_in_grey, contrast, distance, lab
 
-from msc.plots import LOOKS
-from msc.plots._execution import WAYS
-from msc.plots._study import PAPER
+from msc.plots import METHOD_STYLES
+from msc.plots._study import PAPER_METHODS
 from msc.plots._style import (
     CHART_COLOURS,
     CHART_MARKERS,
     COLOURS,
-    COUNTS,
+    COUNT_STYLES,
     TRIO,
-    WORLDS,
+    WORLD_STYLES,
 )
+from msc.plots._task_sliders import WAYS
 from msc.study._methods import COMMON
 
 APART = 20  # CIELAB; ten times what is just noticeable: apart without comparing
@@ -27,11 +27,11 @@ PACKAGE = Path(__file__).parents[1] / "msc"
 
 # Sets of which some figure tells the members apart by nothing but colour.
 BY_COLOUR = {
-    "the paper's methods": [COLOURS[name] for name in PAPER],
+    "the paper's methods": [COLOURS[name] for name in PAPER_METHODS],
     "a slider's movements": [str(way["colour"]) for way in WAYS.values()],
     "the four charts": CHART_COLOURS[:4],
     "two of the other things": TRIO[:2],
-    "counts": [look["color"] for look in COUNTS],
+    "counts": [look["color"] for look in COUNT_STYLES],
 }
 
 
@@ -46,9 +46,9 @@ def test_colours_are_apart_in_grey(name):
     assert closest_in_grey(BY_COLOUR[name]) >= APART_IN_GREY
 
 
-@pytest.mark.parametrize(("one", "other"), [*combinations(LOOKS, 2)])
+@pytest.mark.parametrize(("one", "other"), [*combinations(METHOD_STYLES, 2)])
 def test_any_two_methods_differ_by_more_than_colour_or_by_much_colour(one, other):
-    looks = LOOKS[one], LOOKS[other]
+    looks = METHOD_STYLES[one], METHOD_STYLES[other]
     form = [(look["marker"], look["ls"]) for look in looks]
     colours = [look["color"] for look in looks]
     seen = all(closest(colours, vision) >= APART for vision in VISIONS)
@@ -57,8 +57,8 @@ def test_any_two_methods_differ_by_more_than_colour_or_by_much_colour(one, other
 
 
 def test_every_method_has_a_look():
-    assert set(COMMON) < set(LOOKS)
-    assert {name: look["color"] for name, look in LOOKS.items()} == COLOURS
+    assert set(COMMON) < set(METHOD_STYLES)
+    assert {name: look["color"] for name, look in METHOD_STYLES.items()} == COLOURS
 
 
 def test_every_chart_has_a_colour_and_a_marker_of_its_own():
@@ -68,7 +68,7 @@ def test_every_chart_has_a_colour_and_a_marker_of_its_own():
 
 @pytest.mark.parametrize("name", ["charts", "single regression", "CrKr"])
 def test_a_method_looks_like_nothing_else(name):
-    others = [*CHART_COLOURS, *TRIO, *(look["color"] for look in WORLDS.values())]
+    others = [*CHART_COLOURS, *TRIO, *(look["color"] for look in WORLD_STYLES.values())]
     for other in others:
         assert distance(COLOURS[name], other) >= APART, other
 
@@ -76,13 +76,13 @@ def test_a_method_looks_like_nothing_else(name):
 def test_lines_and_marks_stand_out_from_the_page():
     for colour in (*COLOURS.values(), *CHART_COLOURS, *TRIO):
         assert contrast(colour) >= 2, colour
-    for name in PAPER:
+    for name in PAPER_METHODS:
         assert contrast(COLOURS[name]) >= 2.8, name
 
 
-@pytest.mark.parametrize("path", sorted(PACKAGE.glob("*.py")), ids=lambda p: p.stem)
+@pytest.mark.parametrize("path", sorted(PACKAGE.rglob("*.py")), ids=lambda p: p.stem)
 def test_colours_have_their_names_in_one_module(path):
-    if path.stem != "looks":
+    if path.stem != "_style":
         assert not re.findall(r"#[0-9A-Fa-f]{6}\b", path.read_text("utf-8"))
 
 

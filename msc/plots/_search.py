@@ -1,0 +1,259 @@
+"""How a search converges: what its generations do, and what that costs."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from msc.plots._slider import FLAT, Mark, Panel, Slider, choose_ticks, poster
+from msc.plots._style import TRIO, WEIGHT_NAMES, styled
+from msc.plots._world import draw_world, mark_goal, square_around, world_panel
+from msc.robot import Workspace, forward_kinematics
+from msc.search import SearchTrace
+
+STARTS = (TRIO[1], TRIO[0], TRIO[2], "0.3", "0.5", "0.7")
+N_STEPS = 40  # of the slider: every early generation, then ever fewer
+EVERY = 2  # time steps from one point of a path to the next
+
+
+@styled
+def plot_generations(
+    workspace: Workspace,
+    task_deg: float,
+    traces: Sequence[SearchTrace],
+    shown: Sequence[int] = (1, 10, 20),
+) -> Figure:
+    """Draw what generations do, and what their policies cost.
+
+    Parameters
+    ----------
+    workspace : Workspace
+        The world.
+    task_deg : float
+        Task angle (degrees).
+    traces : sequence of SearchTrace
+        The starts of one search.
+    shown : sequence of int, default=(1, 10, 20)
+        Generations of the first start, counted from 1.
+
+    Returns
+    -------
+    Figure
+        Top the ways of the end effector in generations of the first start, the cheapest
+        dark, and what every start found; bottom their costs over the rollouts spent: as
+        dots all policies, as lines the cheapest so far, dashed the generations above.
+    """
+    first = traces[0]
+    numbers = [min(number, len(first.costs)) for number in shown]
+    figure = plt.figure(figsize=(7.4, 4.5))
+    grid = figure.add_gridspec(2, len(numbers) + 1, height_ratios=(1, 1.05))
+    costs = figure.add_subplot(grid[1, :])
+    for column, number in enumerate(numbers):
+        axis = figure.add_subplot(grid[0, column])
+        _draw_generation(axis, workspace, task_deg, first, number - 1)
+        axis.set_title(f"generation {number}", fontsize=9)
+        spent = first.evaluations[number - 1]
+        costs.axvline(spent, color="0.5", lw=0.8, ls="--", zorder=0)
+    found = figure.add_subplot(grid[0, len(numbers)])
+    _draw_found(found, workspace, task_deg, traces)
+    found.set_title("what every start found", fontsize=9)
+    for trace, colour in zip(traces, STARTS, strict=False):
+        _draw_costs(costs, trace, colour)
+    costs.set(xlabel="rollouts of the start", xlim=(0, None))
+    costs.set(ylabel="cost", yscale="log")
+    costs.legend(loc="upper right")
+    return figure
+
+
+def slide_generations(
+    workspace: Workspace, task_deg: float, trace: SearchTrace
+) -> Slider:
+    """Let the reader walk through the generations of a start.
+
+    Parameters
+    ----------
+    workspace : Workspace
+        The world.
+    task_deg : float
+        Task angle (degrees).
+    trace : SearchTrace
+        The start.
+
+    Returns
+    -------
+    Slider
+        Three panels: the movements of a generation, their costs, and the two weights
+        that vary most.
+    """
+    n_generations = len(trace.costs)
+    spaced = np.geomspace(1, n_generations, N_STEPS).round().astype(int)
+    steps = np.unique(np.r_[1 : min(13, n_generations + 1), spaced]) - 1
+    order = trace.costs[steps].argsort(axis=1)  # the cheapest first
+    policies = np.take_along_axis(trace.policies[steps], order[..., None], axis=1)
+    costs = np.take_along_axis(trace.costs[steps], order, axis=1)
+    joints = trace.joints[steps, :, ::EVERY]
+    joints = np.take_along_axis(joints, order[..., None, None], axis=1)
+    places = forward_kinematics(joints, workspace.link_lengths)
+    left = places[:, 0, -1, -1] - workspace.target(task_deg)
+    error_cm = 100 * np.linalg.norm(left, axis=-1)
+    captions = [
+        f"Generation {step + 1}, {trace.evaluations[step]} rollouts so far. Its "
+        f"policies cost {some[0]:#.3g} to {some[-1]:#.3g}; the cheapest ends "
+        f"{away:.2f} cm from the goal."
+        for step, some, away in zip(steps, costs, error_cm, strict=True)
+    ]
+    return Slider(
+        name="generation",
+        labels=[f"generation {step + 1}" for step in steps],
+        captions=captions,
+        panels=[
+            _movements_panel(workspace, task_deg, places),
+            _costs_panel(trace, steps, costs),
+            _weights_panel(trace, policies),
+        ],
+        poster=_draw_step(workspace, task_deg, trace, int(steps[0])),
+        poster_alt=f"The ways of the end effector. {captions[0]}",
+        seconds=6.0,
+        walks=True,
+        legend={"nine policies": STARTS[0], "the cheapest": "currentColor"},
+    )
+
+
+def _movements_panel(
+    workspace: Workspace, task_deg: float, places: NDArray[np.float64]
+) -> Panel:
+    """Show the ways of the end effector, and the cheapest policy's arm at the end."""
+    home = forward_kinematics(workspace.home, workspace.link_lengths)
+    paths = places[:, :, :, -1]
+    marks = [
+        mark_goal(workspace, task_deg),
+        Mark("line", home, width=6.0, opacity=0.15),
+        Mark("line", places[:, 0, -1], "step", width=6.0, opacity=0.4),
+        *(
+            Mark("line", paths[:, rank], "step", colour=STARTS[0], width=1.5)
+            for rank in range(1, paths.shape[1])
+        ),
+        Mark("line", paths[:, 0], "step", width=2.5),
+    ]
+    alt = "Nine ways of the end effector from above, and the arm at the best one's end."
+    return world_panel(alt, workspace, marks, square_around(workspace, places))
+
+
+def _costs_panel(
+    trace: SearchTrace, steps: NDArray[np.intp], costs: NDArray[np.float64]
+) -> Panel:
+    """Show the costs over the rollouts, the chosen generation's marked."""
+    n_policies = trace.costs.shape[1]
+    low, high = np.log10(trace.costs.min()), np.log10(trace.costs.max())
+    spent = trace.evaluations / 1000
+    every = np.c_[np.repeat(spent, n_policies), np.log10(trace.costs).ravel()]
+    here = [
+        np.c_[np.full(n_policies, spent[step]), np.log10(some)]
+        for step, some in zip(steps, costs, strict=True)
+    ]
+    digits = (1,) if high - low > 1.5 else (1, 2, 5)
+    ticks = [k * 10.0**power for power in range(-4, 4) for k in digits]
+    ticks = [tick for tick in ticks if low <= np.log10(tick) <= high]
+    return Panel(
+        "The cost of policies over the rollouts spent, logarithmic.",
+        (0.0, float(spent[-1])),
+        (float(low) - 0.1, float(high) + 0.1),
+        [
+            Mark("dots", every, colour=STARTS[0], width=1.0, opacity=0.3),
+            Mark("line", np.c_[spent, np.log10(trace.best_costs)], opacity=0.6),
+            Mark("dots", here, "step", colour=STARTS[0], width=3.5),
+            Mark("dots", [some[:1] for some in here], "step", width=4.5),
+        ],
+        aspect=FLAT,
+        x_label="rollouts (thousands)",
+        y_label="cost",
+        x_ticks=tuple(float(x) for x in np.arange(0, spent[-1], 0.5)),
+        y_ticks=tuple(np.log10(ticks).tolist()),
+        y_names=tuple(f"{tick:g}" for tick in ticks),
+    )
+
+
+def _weights_panel(trace: SearchTrace, policies: NDArray[np.float64]) -> Panel:
+    """Show the two weights that vary most over all that was tried."""
+    tried = trace.policies.reshape(-1, trace.policies.shape[-1])
+    across, up = np.sort(np.argsort(tried.std(axis=0))[-2:])
+    plane = [across, up]
+    low, high = tried[:, plane].min(axis=0), tried[:, plane].max(axis=0)
+    margin = 0.05 * (high - low)
+    (left, bottom), (right, top) = low - margin, high + margin
+    return Panel(
+        "Two weights of the policies, those of the chosen generation marked.",
+        (float(left), float(right)),
+        (float(bottom), float(top)),
+        [
+            Mark("dots", tried[:, plane], colour=STARTS[0], width=1.0, opacity=0.3),
+            Mark("dots", policies[..., plane], "step", colour=STARTS[0], width=3.5),
+            Mark("dots", policies[:, :1, plane], "step", width=4.5),
+        ],
+        aspect=FLAT,
+        x_label=f"policy weight {WEIGHT_NAMES[across]}",
+        y_label=f"policy weight {WEIGHT_NAMES[up]}",
+        x_ticks=choose_ticks(left, right),
+        y_ticks=choose_ticks(bottom, top),
+    )
+
+
+def _draw_generation(
+    axis: Axes, workspace: Workspace, task_deg: float, trace: SearchTrace, number: int
+) -> None:
+    """Draw the ways of a generation's policies, the cheapest one dark."""
+    _draw_world(axis, workspace, task_deg, trace)
+    places = forward_kinematics(trace.joints[number], workspace.link_lengths)
+    best = trace.costs[number].argmin()
+    axis.plot(*places[best, -1].T, color="0.65", lw=4, solid_capstyle="round")
+    for place in places:
+        axis.plot(*place[:, -1].T, color=STARTS[0], lw=1.0)
+    axis.plot(*places[best, :, -1].T, color="black", lw=1.6)
+
+
+@poster
+def _draw_step(
+    axis: Axes, workspace: Workspace, task_deg: float, trace: SearchTrace, number: int
+) -> None:
+    """Draw one generation as a picture."""
+    _draw_generation(axis, workspace, task_deg, trace, number)
+    axis.set_title(f"generation {number + 1}")
+
+
+def _draw_found(
+    axis: Axes, workspace: Workspace, task_deg: float, traces: Sequence[SearchTrace]
+) -> None:
+    """Draw the cheapest movement of every start, and where the arm ends."""
+    _draw_world(axis, workspace, task_deg, traces[0])
+    widths = np.linspace(4.5, 1.2, len(traces))  # those below remain visible
+    for trace, colour, width in zip(traces, STARTS, widths, strict=False):
+        best = trace.joints[-1, trace.costs[-1].argmin()]
+        places = forward_kinematics(best, workspace.link_lengths)
+        axis.plot(*places[-1].T, color=colour, lw=4, alpha=0.4)
+        axis.plot(*places[:, -1].T, color=colour, lw=width)
+
+
+def _draw_world(
+    axis: Axes, workspace: Workspace, task_deg: float, trace: SearchTrace
+) -> None:
+    """Draw the world and the arm at home, with room for all that was tried."""
+    draw_world(axis, workspace, task_deg, view="search")
+    home = forward_kinematics(workspace.home, workspace.link_lengths)
+    axis.plot(*home.T, color="0.85", lw=4)
+    tried = forward_kinematics(trace.joints, workspace.link_lengths)
+    across, up = square_around(workspace, tried)
+    axis.set(xlim=across, ylim=up)
+
+
+def _draw_costs(axis: Axes, trace: SearchTrace, colour: str) -> None:
+    """Draw the costs of a start: of every policy, and the least so far."""
+    spent = trace.evaluations
+    every = np.repeat(spent, trace.costs.shape[1])
+    axis.plot(every, trace.costs.ravel(), ".", ms=1.5, alpha=0.25, color=colour)
+    axis.plot(spent, trace.best_costs, color=colour, lw=2, label=trace.run.name)
+    axis.plot(spent[-1], trace.best_costs[-1], "o", ms=5, color=colour, mec="white")

@@ -1,0 +1,445 @@
+"""Tables of what was stored, as the chapters show them."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from numbers import Integral
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from msc.data import load_dataset
+from msc.estimates import Estimate, rounded
+from msc.learn import SELECTION_CRITERIA
+from msc.search import LOWER
+from msc.study import MEASURES, draw_samples, find_cell, most_picked
+
+WORLD_TITLES = {"free": "without obstacles", "obstacles": "with obstacles"}
+SIGNS = {"lower": "●", "undecided": "○", "higher": "✕"}  # of the charts' error
+BASELINES = ("single regression", "CrKr", "nearest neighbour")
+PAPER_N_CHARTS = 4  # in either workspace
+
+Stored = dict[str, Any]  # a file of `data/results`
+
+
+def lay_out(
+    columns: Mapping[Any, Any] | pd.DataFrame, rows: str | None = None
+) -> pd.DataFrame:
+    """Write the numbers of a table, with their intervals if they have one.
+
+    Parameters
+    ----------
+    columns : mapping or DataFrame
+        Cells are text, numbers, ratios that `compare` gives, mappings with
+        ``"median"``, ``"low"`` and ``"high"``, or None for what was left out.
+    rows : str, optional
+        What the rows are.
+
+    Returns
+    -------
+    DataFrame
+        The same as text.
+
+    Examples
+    --------
+    >>> found = {"median": 3.14159, "low": 2.5, "high": 1234.5}
+    >>> lay_out({"time (s)": {"one": found, "all": None}})["time (s)"].tolist()
+    ['3.14 (2.50–1,234)', 'left out']
+    """
+    whole = {head: pd.Series(column, dtype=object) for head, column in columns.items()}
+    table = pd.DataFrame(whole).map(_write)  # objects: a number may stay whole
+    return table if rows is None else table.rename_axis(rows)
+
+
+def _write(cell: Any) -> str:
+    """Write a cell, see `lay_out`; a ratio breaks before its interval, if at all."""
+    if cell is None:
+        return "left out"
+    if isinstance(cell, str):
+        return cell
+    if isinstance(cell, Estimate):
+        ratio, low, high = (rounded(one, 2) for one in (cell.value, *cell.bounds))
+        return f"{SIGNS[cell.verdict]}\N{NBSP}{ratio} [{low},\N{NBSP}{high}]"
+    if isinstance(cell, Mapping):
+        median, low, high = (_digits(cell[key]) for key in ("median", "low", "high"))
+        return f"{median} ({low}–{high})"
+    return "–" if np.isnan(cell) else _digits(cell)  # NaN: other rows have a result
+
+
+def _digits(number: float) -> str:
+    """Write three digits, of a large number all before the point."""
+    if isinstance(number, Integral) or number >= 100:
+        return f"{number:,.0f}"
+    return f"{number:#.3g}".rstrip(".")
+
+
+def comparisons(
+    study: Stored,
+    measure: str,
+    baseline: str,
+    *,
+    design: str = "even",
+    method: str = "charts",
+) -> dict[int, Estimate]:
+    """Find how the charts compare with another method, size by size.
+
+    Parameters
+    ----------
+    study : dict
+        Results of a study.
+    measure : str
+        Which error.
+    baseline : str
+        The other method.
+    design : {"even", "uniform", "nonuniform"}, default="even"
+        How training tasks were drawn.
+    method : {"charts", "charts, Matérn"}, default="charts"
+        Which charts.
+
+    Returns
+    -------
+    dict from int to Estimate
+        Ratios by the number of training tasks.
+    """
+    return {
+        cell["n_samples"]: Estimate.read(ratio, "ratio")
+        for cell in study["cells"]
+        if cell["design"] == design
+        for ratio in cell["ratios"]
+        if (ratio["measure"], ratio["baseline"]) == (measure, baseline)
+        and ratio["method"] == method
+    }
+
+
+def comparison_table(*found: Estimate) -> pd.DataFrame:
+    """Show comparisons one below the other.
+
+    Parameters
+    ----------
+    *found : Estimate
+        The charts with other methods, on one training set.
+
+    Returns
+    -------
+    DataFrame
+        One row a comparison; the last column is as in `ratio_table`.
+    """
+    columns = {
+        "charts over": [one.baseline for one in found],
+        "ratio [95 % interval]": found,
+    }
+    measures = pd.Index([one.label for one in found], name="measure")
+    return lay_out(columns).set_index(measures)
+
+
+def ratio_table(
+    *studies: Stored,
+    measures: Sequence[str],
+    baselines: Sequence[str] = BASELINES,
+    design: str = "even",
+    method: str = "charts",
+) -> pd.DataFrame:
+    """Show the charts' errors over other methods', size by size, with intervals.
+
+    Parameters
+    ----------
+    *studies : dict
+        Results of studies.
+    measures : sequence of str
+        Which errors.
+    baselines : sequence of str, default=BASELINES
+        The other methods.
+    design : {"even", "uniform", "nonuniform"}, default="even"
+        How training tasks were drawn.
+    method : {"charts", "charts, Matérn"}, default="charts"
+        Which charts.
+
+    Returns
+    -------
+    DataFrame
+        One row a number of training tasks; one column a world, measure and baseline,
+        as "ratio [low, high]" and a sign: ● lower, ✕ higher, ○ undecided.
+    """
+    columns = {
+        (WORLD_TITLES[study["workspace"]], MEASURES[measure].label, baseline): (
+            comparisons(study, measure, baseline, design=design, method=method)
+        )
+        for study in studies
+        for measure in measures
+        for baseline in baselines
+    }
+    table = lay_out(columns, "training tasks")
+    table.columns = table.columns.set_names(["", "", f"{method} over"])
+    return _without_same(table)
+
+
+def kernel_table(*studies: Stored, measure: str = "mse, gate learned") -> pd.DataFrame:
+    """Show the charts' errors over the single regression's, by their kernels.
+
+    Parameters
+    ----------
+    *studies : dict
+        Results of studies.
+    measure : str, default="mse, gate learned"
+        Which error.
+
+    Returns
+    -------
+    DataFrame
+        One row a number of training tasks, evenly spaced; for each world both with a
+        squared exponential kernel, both with a Matérn kernel, and the former charts
+        over the latter regression; cells as in `ratio_table`.
+    """
+    pairs = {
+        "both smooth": ("charts", "single regression"),
+        "both rough": ("charts, Matérn", "single, Matérn"),
+        "charts smooth, single rough": ("charts", "single, Matérn"),
+    }
+    columns = {
+        (WORLD_TITLES[study["workspace"]], kernels): (
+            comparisons(study, measure, baseline, method=method)
+        )
+        for study in studies
+        for kernels, (method, baseline) in pairs.items()
+    }
+    return _without_same(lay_out(columns, "training tasks"))
+
+
+def _without_same(table: pd.DataFrame) -> pd.DataFrame:
+    """Leave out the heads, the lowest excepted, that all columns have in common."""
+    heads = table.columns
+    same: list[Any] = [
+        level
+        for level in range(heads.nlevels - 1)
+        if heads.get_level_values(level).nunique() == 1
+    ]
+    return table.droplevel(same, axis=1)
+
+
+def sets_table(
+    study: Stored,
+    n_samples: int,
+    *,
+    measures: Sequence[str],
+    methods: Sequence[str] = ("charts", "single regression"),
+) -> pd.DataFrame:
+    """Show where the evenly spaced set that begins at 0° stands among all others.
+
+    Parameters
+    ----------
+    study : dict
+        Results of a study.
+    n_samples : int
+        Number of training tasks.
+    measures : sequence of str
+        Which errors.
+    methods : sequence of str, default=("charts", "single regression")
+        Whose.
+
+    Returns
+    -------
+    DataFrame
+        One row a measure and method: its mean error on the set that the figures draw,
+        its rank among the sets of this size, the lowest first, and the lowest, median
+        and highest error of any.
+    """
+    cell = find_cell(study, "even", n_samples)
+    tasks, n_draws = load_dataset(study["workspace"])[0], cell["repetitions"]
+    sets = draw_samples("even", tasks, n_samples, n_draws=n_draws, seed=study["seed"])
+    drawn = [chosen[0] for chosen in sets].index(0)
+    rows = {}
+    for measure in measures:
+        for method in methods:
+            errors = pd.Series(cell["measures"][measure][method]["per_repetition"])
+            rank = f"{errors.rank(method='min')[drawn]:.0f} of {n_draws}"
+            first, *bounds = map(
+                "{:.3g}".format, [errors[drawn], *errors.quantile([0, 0.5, 1])]
+            )
+            rows[MEASURES[measure].label, method] = [first, rank, *bounds]
+    names = ["set drawn", "its rank", "lowest", "median", "highest"]
+    table = pd.DataFrame.from_dict(rows, orient="index", columns=names)
+    table.index = pd.MultiIndex.from_tuples(rows, names=["", "of all sets"])
+    return table
+
+
+def gate_shares(*studies: Stored) -> pd.DataFrame:
+    """Split the charts' squared error into the regression's part and the gate's.
+
+    Parameters
+    ----------
+    *studies : dict
+        Results of studies.
+
+    Returns
+    -------
+    DataFrame
+        One row a number of training tasks, evenly spaced. For each world the mean
+        squared error with the chart known, and what the learned gate adds to it, in
+        percent of the whole.
+    """
+    columns = {}
+    for study in studies:
+        known, learned = (
+            pd.Series(
+                {
+                    cell["n_samples"]: cell["measures"][measure]["charts"]["mean"]
+                    for cell in study["cells"]
+                    if cell["design"] == "even"
+                }
+            )
+            for measure in ("mse, chart known", "mse, gate learned")
+        )
+        world = WORLD_TITLES[study["workspace"]]
+        columns[world, "regression (MSE, chart known)"] = known
+        columns[world, "the gate's share (%)"] = 100 * (1 - known / learned)
+    return pd.DataFrame(columns).rename_axis("training tasks")
+
+
+def gate_table(*elbows: Stored) -> pd.DataFrame:
+    """Show how often each gate tells a held-out task's chart.
+
+    Parameters
+    ----------
+    *elbows : dict
+        What `msc evaluate` wrote, one a workspace.
+
+    Returns
+    -------
+    DataFrame
+        One row a workspace and number of training tasks: the number of training sets,
+        and for each gate its mean accuracy and on how many sets it is the best, ties
+        going to the first.
+    """
+    rows = {}
+    for measured in elbows:
+        for found in measured["gates"]:
+            accuracy, best = found["accuracy"], found["best"]
+            rows[measured["workspace"], found["n_samples"]] = {
+                "training sets": found["repetitions"],
+                **{name: f"{accuracy[name]:.2f} ({best[name]})" for name in accuracy},
+            }
+    table = pd.DataFrame.from_dict(rows, orient="index")
+    table.index = pd.MultiIndex.from_tuples(rows, names=["world", "training tasks"])
+    return table
+
+
+def elbow_table(*elbows: Stored, count: int = PAPER_N_CHARTS) -> pd.DataFrame:
+    """List which number of charts every reading picks, and how firmly.
+
+    Parameters
+    ----------
+    *elbows : dict
+        What `msc evaluate` wrote, one a workspace.
+    count : int, default=4
+        The number whose share is told.
+
+    Returns
+    -------
+    DataFrame
+        One row a reading; for each workspace the number picked on all tasks, the share
+        of the parts on which it picks `count`, and the number it picks most often with
+        the share of that, the last number considered excepted.
+    """
+    columns: dict[tuple[str, str], dict[str, str]] = {}
+    for measured in elbows:
+        world, n_parts = measured["workspace"], measured["n_resamples"]
+        picks, shares, most = (
+            columns.setdefault((world, head), {})
+            for head in ("picks", f"picks {count}", "most often")
+        )
+        for name, label in SELECTION_CRITERIA.items():
+            reading = measured["readings"][name]
+            often, share = most_picked(measured, name)
+            picks[label] = f"{reading['picked']}"
+            shares[label] = f"{reading['resampled'].get(f'{count}', 0) / n_parts:.0%}"
+            most[label] = f"{often} ({share:.0%})"
+    return pd.DataFrame(columns)
+
+
+def quality_table(*audits: Stored) -> pd.DataFrame:
+    """Put the outcome of audits beside one another.
+
+    Parameters
+    ----------
+    *audits : dict
+        What `audit_table` returned.
+
+    Returns
+    -------
+    DataFrame
+        One column an audit.
+    """
+    columns = {}
+    for audit in audits:
+        executed, searched = audit["executed"], audit["searched"]
+        changes = np.array(searched["change_of_cost"])
+        found = {
+            "policies": audit["n_tasks"],
+            "executed again: identical distances": executed["identical"],
+            "largest difference (m)": executed["largest_difference_m"],
+            "searched again": len(changes),
+            "cheaper by more than 0.5 %": searched["n_cheaper"],
+            "largest gain (%)": round(100 * max(0.0, -changes.min()), 4),
+            "not found again (dearer by more than 0.5 %)": int((changes > LOWER).sum()),
+            "large steps, the cut's included": len(audit["jumps"]),
+            "of these jumps": sum(jump["is_jump"] for jump in audit["jumps"]),
+        }
+        columns[audit["table"]] = pd.Series(found, dtype=object)
+    return pd.DataFrame(columns)
+
+
+def jump_table(audit: Stored) -> pd.DataFrame:
+    """List the large steps that an audit bisected.
+
+    Parameters
+    ----------
+    audit : dict
+        What `audit_table` returned.
+
+    Returns
+    -------
+    DataFrame
+        One row a step: where (degrees), how large at first and at last, the verdict.
+    """
+    return pd.DataFrame(
+        [
+            {
+                "after (degrees)": jump["between_deg"][0],
+                "located between (degrees)": "{:.10g} and {:.10g}".format(
+                    *jump["located_deg"]
+                ),
+                "step": jump["step_sizes"][0],
+                "step there": jump["step_sizes"][-1],
+                "jump": jump["is_jump"],
+            }
+            for jump in audit["jumps"]
+        ]
+    )
+
+
+def confirmed_jumps(audit: Stored) -> list[int]:
+    """Return where bisection confirmed a jump, that at the cut not counted.
+
+    Parameters
+    ----------
+    audit : dict
+        What `audit_table` returned, of a table whose tasks begin at 0°.
+
+    Returns
+    -------
+    list of int
+        Indices i of tasks for which the step to the next is a jump.
+
+    Examples
+    --------
+    >>> steps = [([14.0, 15.0], True), ([93.0, 94.0], False), ([359.0, 360.0], True)]
+    >>> jumps = [{"between_deg": at, "is_jump": found} for at, found in steps]
+    >>> confirmed_jumps({"n_tasks": 360, "jumps": jumps})
+    [14]
+    """
+    return [
+        round(jump["between_deg"][0] * audit["n_tasks"] / 360)
+        for jump in audit["jumps"]
+        if jump["is_jump"] and jump["between_deg"][1] < 360
+    ]
