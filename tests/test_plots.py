@@ -6,9 +6,9 @@ from figures import experiment
 
 from msc.plots import plot_execution, plot_manifold, slide_execution
 from msc.plots._manifold import COMPARED
-from msc.plots._study import name_measure
 from msc.plots._style import COLOURS
 from msc.plots._task_sliders import find_median
+from msc.study import MEASURES
 
 
 @pytest.fixture(scope="module")
@@ -67,10 +67,10 @@ def test_half_the_errors_are_no_larger_than_the_median_one(n_tasks):
 
 
 def test_measures_have_names_in_words():
-    assert name_measure("mse, beside jumps") == (
+    assert MEASURES["mse, beside jumps"].axis == (
         "mean squared error\nof policies, beside jumps"
     )
-    assert name_measure("standardised mse, gate learned") == (
+    assert MEASURES["standardised mse, gate learned"].axis == (
         "mean squared error\nof standardised policies, gate learned"
     )
-    assert name_measure("excess_cost") == "excess cost"
+    assert MEASURES["excess_cost"].axis == "excess cost"
