@@ -22,6 +22,7 @@ from press import face
 if TYPE_CHECKING:
     from msc.study._methods import fit_methods, methods
     from msc.study._sampling import (
+        TEST_SUBSETS,
         draw_samples,
         nearest_task,
         take_evenly,
@@ -33,10 +34,15 @@ if TYPE_CHECKING:
         compare_clusterers,
         compare_gates,
         measure_elbows,
-        most_picked,
     )
     from msc.study._study import run_elbows, run_study
-    from msc.study._summaries import MEASURES, Study, find_cell, format_study
-    from msc.study._trial import TEST_SUBSETS, Experiment, execute_policies
+    from msc.study._summaries import (
+        MEASURES,
+        Study,
+        find_cell,
+        format_study,
+        most_picked,
+    )
+    from msc.study._trial import Experiment, execute_policies
 
 __all__, __getattr__, __dir__ = face(__name__, __file__)

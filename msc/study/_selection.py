@@ -32,6 +32,7 @@ from msc.learn import (
     read_elbows,
     seeded_clone,
 )
+from msc.study._summaries import most_picked
 
 FROM_POLICIES = tuple(name for name in SELECTION_CRITERIA if name != "cross_validation")
 """The criteria that need nothing but the policies."""
@@ -136,36 +137,6 @@ def choose_criterion(*measured: Mapping[str, Any]) -> str:
         for name in FROM_POLICIES
     }
     return max(means, key=lambda name: means[name])  # the first of equals
-
-
-def most_picked(measured: Mapping[str, Any], name: str) -> tuple[int, float]:
-    """Tell which number of charts a criterion picked most often.
-
-    Parameters
-    ----------
-    measured : dict
-        What `measure_elbows` returned.
-    name : str
-        A name of `SELECTION_CRITERIA`.
-
-    Returns
-    -------
-    charts : int
-        The number, the last one considered excepted; 0 if there is no other.
-    share : float
-        On what share of the parts it was picked; never NaN, there is a part at least.
-
-    Examples
-    --------
-    >>> reading = {"curve": [3, 2, 1], "resampled": {"2": 2, "3": 4}}
-    >>> most_picked({"readings": {"eigengap": reading}}, "eigengap")
-    (2, 0.3333333333333333)
-    """
-    reading = measured["readings"][name]
-    times = {int(count): number for count, number in reading["resampled"].items()}
-    inside = {k: v for k, v in times.items() if k < len(reading["curve"])} or {0: 0}
-    best = max(inside, key=lambda count: inside[count])
-    return best, inside[best] / sum(times.values())
 
 
 def compare_gates(

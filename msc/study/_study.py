@@ -19,13 +19,8 @@ from msc._parallel import call_in_order
 from msc.data import describe_origin, find_data, load_dataset
 from msc.learn import SMCE
 from msc.study._methods import N_CHARTS
-from msc.study._sampling import (
-    PROFILES,
-    Profile,
-    draw_samples,
-    list_groups,
-    task_density,
-)
+from msc.study._profiles import PROFILES, Profile, list_groups
+from msc.study._sampling import draw_samples, task_density
 from msc.study._selection import average_gates, compare_gates, measure_elbows
 from msc.study._summaries import (
     Cell,
@@ -55,7 +50,7 @@ def run_study(
     name : {"free", "obstacles"}
         The workspace and its data.
     profile : {"quick", "full"}, default="quick"
-        How much to do, see `Profile`.
+        How much to do, see `PROFILES`.
     seed : int, default=0
         Seed of the training sets, the clustering and the resampling.
     jobs : int, default=1
@@ -142,7 +137,7 @@ def run_elbows(
     name : {"free", "obstacles"}
         The workspace and its data.
     profile : {"quick", "full"}, default="quick"
-        How much to do, see `Profile`.
+        How much to do, see `PROFILES`.
     seed : int, default=0
         Seed of the resamplings.
     jobs : int, default=1

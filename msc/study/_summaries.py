@@ -9,15 +9,18 @@ from __future__ import annotations
 import json
 import re
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
-from typing import Any, NamedTuple, TypedDict
+from operator import methodcaller
+from typing import TYPE_CHECKING, Any, NamedTuple, TypedDict
 
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from msc.estimates import Resamples, bounded, six_digits
-from msc.study._trial import TEST_SUBSETS, Experiment
+from msc.study._sampling import TEST_SUBSETS
+
+if TYPE_CHECKING:
+    from msc.study._trial import Experiment
 
 SAME_KERNEL = ("charts, Matérn", "single, Matérn")  # compared besides "charts"
 FEW = 10  # test tasks; of fewer, a bootstrap's interval is far too narrow
@@ -51,9 +54,7 @@ class Measure(NamedTuple):
 def _mse(subset: str, *, standardised: bool = False) -> Measure:
     """Return the measure of squared errors of policies on a test subset."""
     word = "standardised " if standardised else ""
-    errors = partial(
-        Experiment.squared_errors, subset=subset, standardised=standardised
-    )
+    errors = methodcaller("squared_errors", subset=subset, standardised=standardised)
     key, name = f"{word}mse, {subset}", f"{word}MSE, {subset}"
     return Measure(key, name, errors, of=f"{word}policies, {subset}")
 
@@ -64,7 +65,7 @@ def _is_near(experiment: Experiment) -> pd.DataFrame:
 
 
 _ERROR, _EXCESS, _TOUCHED = (
-    partial(Experiment.executed_by_method, column=column)
+    methodcaller("executed_by_method", column=column)
     for column in ("error_cm", "excess_cost", "touched")
 )
 _SPREAD = "spread of distances at the end"
@@ -227,6 +228,36 @@ def find_cell(study: Mapping[str, Any], design: str, n_samples: int) -> dict[str
         if (cell["design"], cell["n_samples"]) == (design, n_samples)
     )
     return found
+
+
+def most_picked(measured: Mapping[str, Any], name: str) -> tuple[int, float]:
+    """Tell which number of charts a criterion picked most often.
+
+    Parameters
+    ----------
+    measured : dict
+        What `measure_elbows` returned.
+    name : str
+        A name of `SELECTION_CRITERIA`.
+
+    Returns
+    -------
+    charts : int
+        The number, the last one considered excepted; 0 if there is no other.
+    share : float
+        On what share of the parts it was picked; never NaN, there is a part at least.
+
+    Examples
+    --------
+    >>> reading = {"curve": [3, 2, 1], "resampled": {"2": 2, "3": 4}}
+    >>> most_picked({"readings": {"eigengap": reading}}, "eigengap")
+    (2, 0.3333333333333333)
+    """
+    reading = measured["readings"][name]
+    times = {int(count): number for count, number in reading["resampled"].items()}
+    inside = {k: v for k, v in times.items() if k < len(reading["curve"])} or {0: 0}
+    best = max(inside, key=lambda count: inside[count])
+    return best, inside[best] / sum(times.values())
 
 
 def format_study(found: Mapping[str, Any]) -> str:

@@ -16,9 +16,8 @@ from msc.learn import SMCE
 from msc.robot import Workspace, cached_arm
 from msc.search import cost
 from msc.study._methods import COMMON, N_CHARTS, fit_methods
-from msc.study._sampling import take_evenly
+from msc.study._sampling import TEST_SUBSETS, take_evenly
 
-TEST_SUBSETS = ("gate learned", "chart known", "away from jumps", "beside jumps")
 N_RESAMPLES = {"quick": 1_000, "full": 20_000}  # of a chapter's bootstrap, by profile
 _SIDE = 1e-9  # rad; a test task is predicted from so far before and behind it
 _OTHER = 1e-3  # of a weight; predictions so far apart are two
