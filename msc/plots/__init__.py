@@ -13,14 +13,9 @@ if TYPE_CHECKING:
     )
     from msc.plots._costs import (
         ROLLOUT_LIMIT,
-        data_table,
-        growth_table,
-        learner_table,
+        cost_table,
         load_costs,
         plot_costs,
-        rollout_table,
-        smce_table,
-        task_table,
     )
     from msc.plots._film import (
         check_suffix,

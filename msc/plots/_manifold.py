@@ -10,19 +10,18 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from numpy.typing import NDArray
 
+from msc.plots._skill import draw_by_chart, draw_regression, widen
 from msc.plots._style import (
-    CHART_COLOURS,
     COLOURS,
     WEIGHT_LABELS,
-    chart_colour,
-    chart_marker,
     styled,
 )
 from msc.study import Experiment
 
 COMPARED = ("single regression", "charts")  # from left to right, or top to bottom
+RIM: Any = {"mec": "white", "mew": 0.4}  # of a point trained on
+FINE = np.linspace(0, 2 * np.pi, 1441, endpoint=False)[:, None]  # tasks (rad)
 
 
 @styled
@@ -77,43 +76,21 @@ def _draw_manifold(
     single: Axes, charts: Axes, experiment: Experiment, dimension: int
 ) -> None:
     """Draw one policy dimension: searched, and predicted by either method."""
-    labels, chosen = experiment.methods["charts"].charts_, experiment.chosen
-    trained = np.rad2deg(experiment.tasks[chosen, 0])
-    values = experiment.policies[chosen, dimension]
-    searched = experiment.policies[:, dimension]
+    degrees = np.rad2deg(experiment.tasks[:, 0])
+    searched, chosen = experiment.policies[:, dimension], experiment.chosen
     for axis in (single, charts):
-        axis.plot(
-            np.rad2deg(experiment.tasks[:, 0]),
-            searched,
-            ".",
-            ms=2.5,
-            color=COLOURS["searched"],
-            label="searched",
-        )
+        look: Any = {"ms": 2.5, "color": COLOURS["searched"], "label": "searched"}
+        axis.plot(degrees, searched, ".", **look)
         _mark_jumps(axis, experiment)
         axis.set_xticks(range(0, 361, 60))
-    dense = np.linspace(0, 2 * np.pi, 1441, endpoint=False)[:, None]
-    draw: Any = {"dense": dense, "dimension": dimension, "experiment": experiment}
-    one = np.zeros(len(dense), dtype=int)
+    one, several = (experiment.methods[method] for method in COMPARED)
     colour = COLOURS["single regression"]
-    _draw_regression(single, "single regression", one, (colour,), **draw)
-    single.plot(trained, values, "o", ms=3.5, color=colour, mec="white", mew=0.4)
-    gate = experiment.methods["charts"].predict_chart(dense)
-    _draw_regression(charts, "charts", gate, CHART_COLOURS, **draw)
-    for chart in np.unique(labels):
-        here = labels == chart
-        charts.plot(
-            trained[here],
-            values[here],
-            chart_marker(chart),
-            ms=4,
-            color=chart_colour(chart),
-            mec="white",
-            mew=0.4,
-            label=f"chart {chart + 1}",
-        )
-    margin = 0.15 * np.ptp(searched)
-    single.set_ylim(searched.min() - margin, searched.max() + margin)
+    trained = np.c_[degrees, searched][chosen]
+    draw_regression(single, one, dimension, colour=colour, tasks=FINE)
+    single.plot(*trained.T, "o", ms=3.5, color=colour, **RIM)
+    draw_regression(charts, several, dimension, tasks=FINE)
+    draw_by_chart(charts, trained, several.charts_, ms=4, **RIM)
+    single.set_ylim(*widen(searched, 0.15))
     single.set_ylabel(f"policy weight {WEIGHT_LABELS[dimension]}")
 
 
@@ -128,27 +105,6 @@ def _draw_residuals(
         axis.axhline(0, color="0.3", lw=0.8)
         axis.plot(angles, residual, ".", ms=2.5, color=COLOURS[method])
         _mark_jumps(axis, experiment)
-
-
-def _draw_regression(
-    axis: Axes,
-    method: str,
-    chart: NDArray[np.int_],
-    colours: tuple[str, ...],
-    *,
-    dense: NDArray[np.float64],
-    dimension: int,
-    experiment: Experiment,
-) -> None:
-    """Draw a prediction and its band of two standard deviations, broken at charts."""
-    mean, std = experiment.methods[method].predict(dense, return_std=True)
-    mean, std = mean[:, dimension], std[:, dimension]
-    angles = np.rad2deg(dense[:, 0])
-    for piece in np.split(np.arange(len(dense)), np.flatnonzero(np.diff(chart)) + 1):
-        colour = colours[chart[piece[0]] % len(colours)]
-        axis.plot(angles[piece], mean[piece], color=colour)
-        low, high = mean[piece] - 2 * std[piece], mean[piece] + 2 * std[piece]
-        axis.fill_between(angles[piece], low, high, color=colour, alpha=0.15, lw=0)
 
 
 @styled
@@ -178,12 +134,8 @@ def plot_execution(experiment: Experiment) -> Figure:
     executed = experiment.executed
     for (axis, rug), method in zip(axes, COMPARED, strict=True):
         rows = executed[executed["method"] == method]
-        _draw_errors(axis, rows, COLOURS[method])
+        _draw_errors(axis, rows, method)
         _mark_jumps(axis, experiment)
-        mean, std, median = _moments(rows["error_cm"])
-        spread = f"mean {mean:.2f} ± {std:.2f} cm, median {median:.2f} cm"
-        axis.set_title(f"{method}: {spread}", loc="left")
-        axis.set_ylabel("error (cm)")
         rug.hlines(rows["error_cm"], 0, 1, color=COLOURS[method], lw=0.6, alpha=0.6)
         rug.set_axis_off()
     shown = executed.loc[executed["method"].isin(COMPARED), "error_cm"]
@@ -195,14 +147,12 @@ def plot_execution(experiment: Experiment) -> Figure:
     return figure
 
 
-def _moments(errors: pd.Series) -> tuple[float, float, float]:
-    """Return mean, standard deviation and median."""
-    return errors.mean(), errors.std(), errors.median()
-
-
-def _draw_errors(axis: Axes, rows: pd.DataFrame, colour: str) -> None:
+def _draw_errors(axis: Axes, rows: pd.DataFrame, method: str) -> None:
     """Draw the errors of one method over the tasks, and what sums them up."""
-    mean, std, median = _moments(rows["error_cm"])
+    mean, std, median = rows["error_cm"].agg(["mean", "std", "median"])
+    spread = f"mean {mean:.2f} ± {std:.2f} cm, median {median:.2f} cm"
+    axis.set_title(f"{method}: {spread}", loc="left")
+    axis.set_ylabel("error (cm)")
     low = max(mean - std, 1e-9)  # a logarithm's axis has no zero
     axis.axhspan(low, mean + std, color="0.9", lw=0, zorder=0, label="mean ± std")
     axis.axhline(mean, color="0.3", lw=1, ls="--", label="mean")
@@ -215,7 +165,7 @@ def _draw_errors(axis: Axes, rows: pd.DataFrame, colour: str) -> None:
         here = rows[rows["touched"] == touched]
         if len(here):
             place = here["task_deg"], here["error_cm"]
-            axis.plot(*place, marker, color=colour, ms=size, label=label)
+            axis.plot(*place, marker, color=COLOURS[method], ms=size, label=label)
 
 
 def _name_marks(figure: Figure, axes: Iterable[Axes]) -> None:
