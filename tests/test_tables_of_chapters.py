@@ -150,6 +150,8 @@ def test_numbers_keep_three_digits_and_whole_ones_all():
         "9.00 (0.0123–100)",
     ]
     assert set(table["other"]) == {"as it is"}
+    mixed = lay_out({"mixed": {"whole": 7, "share": 0.5}})
+    assert mixed["mixed"].tolist() == ["7", "0.500"]
 
 
 def test_measures_have_names_in_words():
