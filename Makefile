@@ -4,7 +4,8 @@ SHELL := bash
 .SHELLFLAGS := -eu -o pipefail -c
 .DEFAULT_GOAL := help
 
-PYTHON ?= $(shell command -v python3.11 || command -v python3 || echo python3)# makes .venv
+UV ?= $(shell command -v uv)# makes .venv if there, else pip does
+PYTHON ?=# … with this Python; if empty, uv finds or fetches one, pip looks on the PATH
 PROFILE ?= quick# or full: how much the chapters compute
 JOBS ?= 2# processes at a time
 PORT ?= 8000# of `make serve`
@@ -24,8 +25,6 @@ LAB_KEYS := $(addprefix metadata.language_info.,codemirror_mode file_extension m
 	editable jupyter slideshow trusted vscode)
 
 quoted = '$(subst ','\'',$1)'# a path in a command, whatever it holds
-
-python_version = $(or $(shell $(call quoted,$(PYTHON)) -c 'import sys; print("%d.%d" % sys.version_info[:2])' 2>/dev/null),missing)
 
 .PHONY: help env book release pdf twice test test-browser test-slow lint serve lab hooks data results bench lock clean
 
@@ -104,25 +103,42 @@ bench: $(STAMP) ## measure the speed of each part against a reference
 
 lock: $(STAMP) ## resolve requirements.in anew into requirements.txt
 	@CUSTOM_COMPILE_COMMAND="make lock" $(BIN) -m piptools compile --quiet \
-		--no-emit-index-url --no-emit-find-links --strip-extras requirements.in
+		--no-emit-index-url --no-emit-find-links --strip-extras \
+		--allow-unsafe --generate-hashes requirements.in
 
 clean: ## remove everything built, but not .venv
 	@rm -rf _build .mypy_cache .pytest_cache .ruff_cache .hypothesis
 
 # The environment: exactly the lock, made anew whenever the lock changes.
+NEEDED := 3.11# the newest that PyBullet supports
+version = $(or $(shell $(call quoted,$1) -c 'import sys; print("%d.%d" % sys.version_info[:2])' 2>/dev/null),missing)
+on_path = $(firstword $(foreach name,python$(NEEDED) python3,$(if $(filter $(NEEDED),$(call version,$(name))),$(name))))
+python = $(or $(PYTHON),$(if $(UV),$(NEEDED),$(on_path)),python3)
+found = $(if $(and $(UV),$(filter $(NEEDED),$(python))),$(NEEDED),$(call version,$(python)))
+name_one = install Python $(NEEDED), or name it with make PYTHON=/path/to/python$(NEEDED)
+
 $(STAMP): requirements.txt
-	$(if $(filter 3.11,$(python_version)),,$(error msc needs Python 3.11, the newest \
-		that PyBullet supports, but $(PYTHON) is $(python_version): install it, or \
-		name it with make PYTHON=/path/to/python3.11))
-	@echo "Making $(VENV) from requirements.txt (a few minutes, once)"
-	@$(call quoted,$(PYTHON)) -m venv --clear $(VENV)
+	$(if $(filter $(NEEDED),$(found)),,$(error msc needs Python $(NEEDED), the newest that \
+		PyBullet supports, but $(python) is $(found): $(if $(UV),leave it to uv,install uv), \
+		which brings it, or $(name_one)))
+	@echo "Making $(VENV) from requirements.txt with $(if $(UV),uv,pip (a few minutes, once))"
+ifneq ($(UV),)
+	@UV_VENV_CLEAR=1 $(call quoted,$(UV)) venv --python $(call quoted,$(python)) $(VENV) \
+	|| { echo "uv brought no Python $(NEEDED): $(name_one)." >&2; exit 1; }
+	@$(call quoted,$(UV)) pip install --python $(BIN) --compile-bytecode \
+		--require-hashes -r requirements.txt
+	@$(call quoted,$(UV)) pip install --python $(BIN) --no-deps --no-build-isolation \
+		--editable .
+else
+	@$(call quoted,$(python)) -m venv --clear $(VENV) || { rm -rf $(VENV); exit 1; }
 	@total=$$(grep -c '^[^ #]' requirements.txt); n=0; \
-	{ PYTHONUNBUFFERED=1 $(BIN) -m pip install -r requirements.txt 2>&1; } \
+	{ PYTHONUNBUFFERED=1 $(BIN) -m pip install --require-hashes -r requirements.txt 2>&1; } \
 	| tee $(VENV)/pip.log | while read -r word rest; do case $$word in \
 		Collecting|Processing) n=$$((n + 1)); \
 			(( n % 30 )) || echo "  found $$n of $$total packages";; \
 		Installing) echo "  installing $$total packages";; \
 	esac; done || { grep -v ^WARNING $(VENV)/pip.log | tail -n 12 >&2; exit 1; }
-	@$(BIN) -m pip install --quiet --no-deps --editable . 2>>$(VENV)/pip.log \
-	|| { tail -n 12 $(VENV)/pip.log >&2; exit 1; }
+	@$(BIN) -m pip install --quiet --no-deps --no-build-isolation --editable . \
+		2>>$(VENV)/pip.log || { tail -n 12 $(VENV)/pip.log >&2; exit 1; }
+endif
 	@touch $(STAMP)

@@ -8,7 +8,7 @@ parts work.
 import argparse
 import os
 import platform
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -20,10 +20,9 @@ from rollouts import POPULATION, measure_memory, measure_rollouts
 from searches import measure_growth, measure_searches, measure_skill
 from threadpoolctl import threadpool_limits
 
-import msc.search._cmaes
-import msc.search._sweep
 from msc import Workspace
 from msc.plots import cost_table
+from msc.search import SearchOptions
 from press import write_json
 
 RESULTS = Path(__file__).parents[1] / "data" / "results" / "bench.json"
@@ -53,6 +52,7 @@ class Effort:
     points: int = 360  # clustered by SMCE, and one by one
     fits: tuple[int, ...] = (1000, 3000, 10_000)  # points clustered by SMCE
     learned: int = 5  # rounds of fits
+    search: SearchOptions = field(default_factory=SearchOptions)
 
 
 QUICK = Effort(
@@ -66,6 +66,7 @@ QUICK = Effort(
     points=30,
     fits=(60,),
     learned=1,
+    search=SearchOptions(max_evaluations=45, max_sweeps=0),
 )
 
 
@@ -75,8 +76,6 @@ def main() -> None:
     parser.add_argument("--quick", action="store_true", help="only try all parts")
     parser.add_argument("--out", type=Path, default=RESULTS, help="the JSON file")
     options = parser.parse_args()
-    if options.quick:  # searches are cut short
-        msc.search._cmaes.MAX_EVALUATIONS, msc.search._sweep.MAX_SWEEPS = 45, 0
     with threadpool_limits(1):
         figures = measure(QUICK if options.quick else Effort())
     figures = {"quick": options.quick, "machine": machine(), **figures}
@@ -94,9 +93,10 @@ def measure(effort: Effort) -> dict[str, Any]:
         "memory": measure_memory(obstacles, effort.populations),
         "rollouts": {w.name: measure_rollouts(w, effort.rounds) for w in worlds},
         "searches": {
-            w.name: measure_searches(w, effort.tasks, effort.starts) for w in worlds
+            w.name: measure_searches(w, effort.tasks, effort.starts, effort.search)
+            for w in worlds
         },
-        "growth": measure_growth(free, effort.growth, effort.starts),
+        "growth": measure_growth(free, effort.growth, effort.starts, effort.search),
         "skill": {
             w.name: measure_skill(w, effort.samples, effort.charts, effort.rounds)
             for w in worlds

@@ -30,11 +30,11 @@ VARIANTS = {
 def work() -> dict[str, list[float]]:
     """Do what the variants are compared by."""
     distances = {}
-    for world in (Workspace.obstacles(), Workspace.free()):
-        tasks, policies, table = load_dataset(world.name)
-        with Arm(world) as arm:
-            rollouts = arm.execute_many(policies, table["task_deg"].to_list())
-        distances[f"distance_{world.name}_m"] = [one.error for one in rollouts]
+    for workspace in (Workspace.obstacles(), Workspace.free()):
+        tasks, policies, _ = data = load_dataset(workspace.name)
+        with Arm(workspace) as arm:
+            rollouts = arm.execute_many(policies, data.task_deg.tolist())
+        distances[f"distance_{workspace.name}_m"] = [one.error for one in rollouts]
     found = search_policy(Workspace.free(), 200, seed=3, n_starts=1)
     skill = ParameterizedSkill(random_state=0).fit(tasks[::15], policies[::15])
     return {

@@ -52,13 +52,13 @@ class PlainArm:
         follower: "type[ArrayFollower | FloatFollower]",
     ) -> tuple[float, np.ndarray]:
         """Execute a policy; return its cost and where the end effector ends."""
-        world, client = self.workspace, self.client
-        target = world.target(task_deg)
-        start = forward_kinematics(world.home, world.link_lengths)[-1]
+        workspace, client = self.workspace, self.client
+        target = workspace.target(task_deg)
+        start = forward_kinematics(workspace.home, workspace.link_lengths)[-1]
         path = self.dmp.path(policy, start, target, self.times).tolist()
-        pursuit = follower(world, ControllerGains())
+        pursuit = follower(workspace, ControllerGains())
         self._world._reset()
-        angles, speed, impulse = [world.home], (0.0, 0.0, 0.0), 0.0
+        angles, speed, impulse = [workspace.home], (0.0, 0.0, 0.0), 0.0
         for step in range(N_PHYSICS_STEPS):
             point = path[min(step, len(path) - 1)]
             bullet.setJointMotorControlArray(
@@ -72,10 +72,10 @@ class PlainArm:
             states = bullet.getJointStates(ARM, JOINTS, physicsClientId=client)
             angle, speed, _, _ = zip(*states, strict=True)
             angles.append(angle)
-            if world.circles:
+            if workspace.circles:
                 for contact in bullet.getContactPoints(physicsClientId=client):
                     impulse += STEP * contact[9]
-        end = forward_kinematics(angles[-1], world.link_lengths)[-1]
+        end = forward_kinematics(angles[-1], workspace.link_lengths)[-1]
         energy = np.sum(np.diff(angles, axis=0) ** 2) / STEP
         error = np.linalg.norm(end - target)
         return ERROR_WEIGHT * error**2 + ENERGY_WEIGHT * energy, end

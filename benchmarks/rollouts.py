@@ -58,10 +58,11 @@ class Contest:
     """
 
     def __init__(self, workspace: Workspace) -> None:
-        tasks, policies, _ = load_dataset(workspace.name)
-        chosen = np.linspace(0, len(tasks), POPULATION, endpoint=False).astype(int)
-        self.tasks_deg = np.rad2deg(tasks[chosen, 0]).tolist()
-        self.policies = policies[chosen]
+        data = load_dataset(workspace.name)
+        n_tasks = len(data.tasks)
+        chosen = np.linspace(0, n_tasks, POPULATION, endpoint=False).astype(int)
+        self.tasks_deg = data.task_deg[chosen].tolist()
+        self.policies = data.policies[chosen]
         self.arm, self.plain, self.still = (
             Arm(workspace),
             PlainArm(workspace),

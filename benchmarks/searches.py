@@ -9,10 +9,9 @@ from joblib import Parallel, delayed, parallel_config
 from timing import clock, spread
 from tqdm import tqdm
 
-import msc.search._policy
-from msc import DMP, SMCE, ParameterizedSkill, Workspace, load_dataset
+from msc import DMP, SMCE, ParameterizedSkill, Workspace, load_dataset, search_policy
 from msc.robot import cached_arm
-from msc.search import SweepPlan, grid, search_tasks
+from msc.search import SearchOptions, SweepPlan, grid, search_tasks
 from msc.study import take_evenly
 
 SEED = 0
@@ -20,7 +19,7 @@ MANY = 1000  # tasks predicted in one call
 
 
 def measure_searches(
-    workspace: Workspace, n_tasks: int, n_starts: int
+    workspace: Workspace, n_tasks: int, n_starts: int, options: SearchOptions
 ) -> dict[str, Any]:
     """Search evenly spaced tasks one by one, each without a neighbour's policy."""
     warm_up(workspace)
@@ -28,8 +27,8 @@ def measure_searches(
     seconds, evaluations = [], []
     for task in tqdm(tasks_deg, desc=f"searches, {workspace.name}", unit="task"):
         begun = time.perf_counter()
-        found = msc.search._policy.search_policy(
-            workspace, task, seed=SEED, n_starts=n_starts
+        found = search_policy(
+            workspace, task, seed=SEED, n_starts=n_starts, options=options
         )
         seconds.append(time.perf_counter() - begun)
         evaluations.append(found.evaluations)
@@ -45,7 +44,7 @@ def measure_searches(
 
 
 def measure_growth(
-    workspace: Workspace, numbers: Sequence[int], n_starts: int
+    workspace: Workspace, numbers: Sequence[int], n_starts: int, options: SearchOptions
 ) -> dict[str, Any]:
     """Search more and more tasks with two workers, and once with one.
 
@@ -54,8 +53,11 @@ def measure_growth(
     with parallel_config("loky", n_jobs=2, inner_max_num_threads=1):
         Parallel()(delayed(warm_up)(workspace) for _ in range(4))
     middle = numbers[len(numbers) // 2]
-    runs = [run(workspace, n_tasks, n_starts, workers=2) for n_tasks in numbers]
-    runs.append(run(workspace, middle, n_starts, workers=1))
+    plans = [
+        SweepPlan(workspace, grid(n), SEED, n_starts, (), options) for n in numbers
+    ]
+    runs = [run(plan, workers=2) for plan in plans]
+    runs.append(run(plans[len(plans) // 2], workers=1))
     by_workers = {one["workers"]: one for one in runs if one["n_tasks"] == middle}
     alone, together = by_workers[1]["seconds"], by_workers[2]["seconds"]
     return {
@@ -68,11 +70,9 @@ def measure_growth(
     }
 
 
-def run(
-    workspace: Workspace, n_tasks: int, n_starts: int, workers: int
-) -> dict[str, Any]:
+def run(plan: SweepPlan, workers: int) -> dict[str, Any]:
     """Search a whole circle of tasks, consistency pass included."""
-    plan = SweepPlan(workspace, grid(n_tasks), SEED, n_starts)
+    n_tasks = len(plan.tasks_deg)
     begun = time.perf_counter()
     table = search_tasks(plan, jobs=workers, progress=True)
     seconds = time.perf_counter() - begun

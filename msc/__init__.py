@@ -6,7 +6,7 @@ clusters needs no simulator.
 
 from typing import TYPE_CHECKING
 
-from press._lazy import face
+from press import face
 
 if TYPE_CHECKING:
     from msc.data import find_jumps, load_dataset

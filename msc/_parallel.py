@@ -1,10 +1,16 @@
-"""Many calls of one function on the cores of this machine, results in their order."""
+"""Who does the work, and how far it is.
+
+One runner calls a function many times: in processes on this machine, or on the workers
+of a Dask cluster.
+"""
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
+from pathlib import Path
 from typing import Any
 
 from joblib import Parallel, delayed, parallel_config
@@ -13,6 +19,12 @@ from tqdm import tqdm
 
 SECONDS = 2.0  # of a fit without a word
 MANY = 300  # tasks; one regression of more may take that long
+ANSWER_SECONDS = 10  # in which a Dask scheduler has to answer
+
+# Calls a function with each tuple of arguments; gives the calls' numbers and results.
+Runner = Callable[
+    [Callable[..., Any], Iterable[tuple[Any, ...]]], Iterable[tuple[int, Any]]
+]
 
 
 def tell(
@@ -61,16 +73,65 @@ class WorkersLost(RuntimeError):
 
 
 @contextmanager
-def telling_of_killed_workers() -> Iterator[None]:
-    """Have joblib's error about a worker that is gone say it in a sentence.
+def open_workers(
+    jobs: int = 1, dask: str | None = None, *, code: Callable[[], str] = str
+) -> Iterator[Runner]:
+    """Give what calls a function many times, in parallel.
+
+    Parameters
+    ----------
+    jobs : int, default=1
+        Worker processes on this machine.
+    dask : str, optional
+        Address of a Dask scheduler, ``"tcp://host:port"``, whose workers are used
+        instead. A task whose worker dies is given to another. At ``"tls://host:port"``
+        the certificate is used that Dask's own settings name.
+    code : callable, optional
+        Identifies the code that is run; Dask's workers have to say the same of theirs.
+
+    Yields
+    ------
+    callable
+        Takes a function and tuples of arguments; gives pairs of a call's number and
+        its result, as they come.
 
     Raises
     ------
+    ValueError
+        If `dask` is not installed or lacks a certificate, nothing answers at the
+        address within ten seconds, there are no workers, or they have another `msc`
+        than is here.
     WorkersLost
-        If a worker process is killed meanwhile, or crashes.
+        If a worker process is killed meanwhile, or crashes; if that happens to every
+        worker of Dask's that a task was given to; or if its scheduler is gone.
+
+    Notes
+    -----
+    One thread a process, one process included: a matrix product on two threads adds up
+    in another order, and two processes of two threads each are slower.
+
+    Dask's own futures, not joblib's backend for it: that one waits forever where Dask
+    gives up.
+
+    Examples
+    --------
+    >>> with open_workers() as run:
+    ...     list(run(pow, [(2, 3), (3, 2)]))
+    [(0, 8), (1, 9)]
     """
+    if dask is not None:
+        with _connect(dask, code) as run:
+            yield run
+        return
     try:
-        yield
+        with (
+            threadpool_limits(1),
+            parallel_config("loky", n_jobs=jobs, inner_max_num_threads=1),
+        ):
+            yield lambda function, calls: Parallel(return_as="generator_unordered")(
+                delayed(_call)(number, function, arguments)
+                for number, arguments in enumerate(calls)
+            )
     except BrokenProcessPool:
         raise WorkersLost(
             "a worker was killed, as the system does when memory runs out"
@@ -110,23 +171,93 @@ def call_in_order(
     WorkersLost
         If a worker process is killed meanwhile, or crashes.
 
-    Notes
-    -----
-    One thread a process, one process included: a matrix product on two threads adds up
-    in another order, and two processes of two threads each are slower.
-
     Examples
     --------
     >>> call_in_order(pow, [(2, 3), (3, 2)], label="powers")
     [8, 9]
     """
     listed = list(calls)
+    with open_workers(jobs) as run:
+        pairs = run(function, listed)
+        found = dict(tqdm(pairs, desc=label, total=len(listed), disable=not progress))
+    return [found[number] for number in range(len(listed))]
+
+
+def _call(
+    number: int, function: Callable[..., Any], arguments: tuple[Any, ...]
+) -> tuple[int, Any]:
+    """Do one call, in a worker."""
+    return number, function(*arguments)
+
+
+@contextmanager
+def _connect(address: str, code: Callable[[], str]) -> Iterator[Runner]:
+    """Use the workers of a Dask scheduler."""
+    try:
+        from distributed import Client, KilledWorker, as_completed  # noqa: PLC0415
+        from distributed.client import FutureCancelledError  # noqa: PLC0415
+    except ImportError:
+        raise ValueError("dask: wanted the extra, pip install 'msc[cluster]'") from None
+    if address.startswith("tls://"):
+        _check_certificate(address)
     with (
-        telling_of_killed_workers(),
-        threadpool_limits(1),
-        parallel_config("loky", n_jobs=jobs, inner_max_num_threads=1),
+        _silenced("distributed.client"),
+        Client(address, timeout=ANSWER_SECONDS) as client,
     ):
-        found = Parallel(return_as="generator")(
-            delayed(function)(*call) for call in listed
-        )
-        return list(tqdm(found, desc=label, total=len(listed), disable=not progress))
+        try:
+            theirs = client.run(code)
+        except Exception as error:  # whatever a worker without msc makes of it
+            raise ValueError(f"dask: a worker of {address} fails: {error}") from None
+        if not theirs:
+            raise ValueError(
+                f"dask: {address} has no workers; start some, dask worker {address}"
+            )
+        other = [worker for worker, found in theirs.items() if found != code()]
+        if other:
+            raise ValueError(f"dask: other code than here on {', '.join(other)}")
+
+        def run(
+            function: Callable[..., Any], calls: Iterable[tuple[Any, ...]]
+        ) -> Iterator[tuple[int, Any]]:
+            futures = [
+                client.submit(_call, number, function, arguments, pure=False)
+                for number, arguments in enumerate(calls)
+            ]
+            for future in as_completed(futures):
+                try:
+                    yield future.result()
+                except KilledWorker:
+                    raise WorkersLost(
+                        "dask: every worker that a task was given to was killed, as "
+                        "systems do when memory runs out"
+                    ) from None
+                except FutureCancelledError:
+                    raise WorkersLost(
+                        f"dask: the connection to the scheduler {address} was lost"
+                    ) from None
+
+        yield run
+
+
+def _check_certificate(address: str) -> None:
+    """Refuse to connect by TLS where Dask's settings name no certificate."""
+    from dask import config  # noqa: PLC0415
+
+    for name in ("ca-file", "client.cert"):
+        setting = f"distributed.comm.tls.{name}"
+        if not (file := config.get(setting, None)):
+            raise ValueError(f"dask: {address} wants TLS, but {setting} is not set")
+        if not Path(file).is_file():
+            raise ValueError(f"dask: {setting} is {file!r}, but there is no such file")
+
+
+@contextmanager
+def _silenced(name: str) -> Iterator[None]:
+    """Keep a library from logging what is told of by an exception."""
+    logger = logging.getLogger(name)
+    level = logger.level
+    logger.setLevel(logging.CRITICAL)
+    try:
+        yield
+    finally:
+        logger.setLevel(level)

@@ -1,12 +1,33 @@
-"""Notebooks -> the book: executed, rendered, packed. Imports nothing of `msc`."""
+"""The press: notebooks -> a book. It imports nothing of the package a book tells of.
 
-from typing import TYPE_CHECKING
+A *chapter* is a notebook without outputs; a *run* of it has them, and a *record* of
+what it depended on. A *page* is a chapter or a text. The *stage* is a folder that
+mirrors the repository; Sphinx renders it. The *subject* is what the book is about, with
+all that a package hands to its book: numbers, fragments of pages, the help of its
+command line.
 
-from press._lazy import face
+What a chapter itself calls
+    `check_parameters`, `expect`
+The book
+    `build_book`, `build_twice`, `release_book`, `print_book`, `pages`, `Subject`,
+    `BookError`; on the command line `python -m press`
+What a program is made of
+    `make_parser`, `run_command`, `tell_options`, `BOOK_COMMANDS`, `Commands`,
+    `add_jobs`, `add_profile`, `add_seed`, `check_output`
+What all floors use
+    `face`; `locked`, `replace_file`, `replace_files`, `write_json`, `checksum`;
+    `plain`, `paragraph`, `label`
+"""
+
+import ast
+from collections.abc import Callable
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from press._book import build_book, pages
     from press._chapters import BookError
-    from press._checks import expect
     from press._files import (
         checksum,
         locked,
@@ -15,14 +36,58 @@ if TYPE_CHECKING:
         write_json,
     )
     from press._markdown import label, paragraph, plain
-    from press._options import (
+    from press._pages import Subject
+    from press._parameters import check_parameters, expect
+    from press._release import build_twice, print_book, release_book
+    from press.cli import (
+        BOOK_COMMANDS,
         Commands,
         add_jobs,
         add_profile,
         add_seed,
         check_output,
+        make_parser,
+        run_command,
+        tell_options,
     )
-    from press._parameters import check_parameters
-    from press.cli import COMMANDS
+
+
+def face(
+    package: str, file: str
+) -> tuple[list[str], Callable[[str], Any], Callable[[], list[str]]]:
+    """Make a package offer what its `if TYPE_CHECKING` block imports, when asked for.
+
+    So a name is listed once, type checkers follow it, and whoever uses one loads only
+    the module it lives in.
+
+    Parameters
+    ----------
+    package, file : str
+        `__name__` and `__file__` of the package.
+
+    Returns
+    -------
+    names : list of str
+        For ``__all__``.
+    get, list : callable
+        For ``__getattr__`` and ``__dir__``.
+    """
+    tree = ast.parse(Path(file).read_text(encoding="utf-8"))
+    (block,) = (node for node in tree.body if isinstance(node, ast.If))
+    homes = {
+        alias.name: node.module
+        for node in block.body
+        if isinstance(node, ast.ImportFrom)
+        for alias in node.names
+    }
+    names = sorted(homes)
+
+    def get(name: str) -> Any:
+        if name not in homes:
+            raise AttributeError(f"module {package!r} has no attribute {name!r}")
+        return getattr(import_module(str(homes[name])), name)
+
+    return names, get, lambda: names
+
 
 __all__, __getattr__, __dir__ = face(__name__, __file__)

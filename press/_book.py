@@ -3,37 +3,52 @@
 Everything happens under `_build/`: `cache/` keeps the runs of chapters, `stage/` what
 Jupyter Book reads, `html/` the finished book. The last one is replaced only when a
 whole new book is ready.
+
+Sphinx reads pages into trees and then writes these as HTML. Reading takes longer, above
+all of the pages made from docstrings, so trees of unchanged pages are kept. All pages
+are written each time: a heading shows up on the pages around it too.
 """
 
+import filecmp
+import hashlib
 import json
+import os
 import re
 import shutil
+import sysconfig
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
 from importlib.metadata import distribution
+from importlib.util import find_spec
 from pathlib import Path
 from typing import Any
 
 import yaml
 
-from msc.claims import CLAIMS, VERDICTS, load_claims, tally, write_claims
-from press._chapters import BookError, Chapter, run_chapters
-from press._checks import unmet
-from press._figures import (
-    DOWNLOADS,
-    Picture,
-    find_pictures,
-    without_lines,
-    write_gallery,
-    write_vectors,
-)
+from press._chapters import BookError, Chapter, run_chapters, run_tool
 from press._files import locked
 from press._markdown import plain
-from press._notebook import complaints, parameters, read_notebook, write_notebook
-from press._opening import write_opening
-from press._provenance import SECONDS, seconds_script, with_provenance
-from press._reference import mend_backlinks, write_reference
-from press._rendering import lay_out, render
+from press._notebook import (
+    complaints,
+    parameters,
+    read_notebook,
+    unmet,
+    write_notebook,
+)
+from press._pages import (
+    DOWNLOADS,
+    SECONDS,
+    Picture,
+    Subject,
+    find_pictures,
+    seconds_script,
+    with_provenance,
+    without_lines,
+    write_gallery,
+    write_opening,
+    write_reference,
+    write_vectors,
+)
 
 PROFILES = ("quick", "full")
 ENDINGS = (".ipynb", ".md", ".rst")  # of pages
@@ -47,12 +62,16 @@ IN_USE = "{} is in use by another build; wait for it or stop it"
 MATHJAX = "sphinx-mathjax-offline"
 _MATHJAX = "tex-svg-full.js"
 
+_WORK = "_build"  # of Jupyter Book, within the stage: trees, and the HTML
+_CONDITIONS = "conditions"  # file there: what the trees depend on besides their pages
+
 
 def build_book(
     *,
     profile: str = "quick",
     jobs: int = 2,
     root: Path | None = None,
+    subject: Subject | None = None,
     say: Callable[[str], object] | None = None,
 ) -> Path:
     """Execute the chapters that changed and render the book.
@@ -65,6 +84,8 @@ def build_book(
         How many chapters are executed at a time.
     root : Path, optional
         The repository; the working directory by default.
+    subject : Subject, optional
+        What the book is about; without, it is made of the repository alone.
     say : callable, optional
         Is told in a line which chapter is executed, and why.
 
@@ -91,14 +112,13 @@ def build_book(
     """
     if profile not in PROFILES:
         raise ValueError(f"profile must be 'quick' or 'full', not {profile!r}")
-    root = (root or Path.cwd()).resolve()
+    root, subject = (root or Path.cwd()).resolve(), subject or Subject()
     build = root / "_build"
     given = {
         page: {"profile": profile}
         if "profile" in parameters(read_notebook(page))
         else {}
-        for page in pages(root)
-        if page.suffix == ".ipynb"
+        for page in _notebooks(root)
     }
     build.mkdir(exist_ok=True)
     with locked(build, IN_USE.format(build)):
@@ -110,8 +130,8 @@ def build_book(
             replace(one, notebook=without_lines(one.notebook)) for one in executed
         ]
         stage = build / "stage"
-        lay_out(stage, lambda folder: _stage(root, folder, chapters, pictures))
-        rendered = render(stage)
+        _lay_out(stage, lambda: _stage(root, stage, chapters, pictures, subject))
+        rendered = _render(stage, subject.packages)
         _complete(rendered, root, chapters, [p for o in pictures.values() for p in o])
         html = build / "html"
         shutil.rmtree(html, ignore_errors=True)
@@ -153,22 +173,31 @@ def pages(root: Path) -> list[Path]:
     return found
 
 
+def _notebooks(root: Path) -> list[Path]:
+    """Return the pages that are chapters."""
+    return [page for page in pages(root) if page.suffix == ".ipynb"]
+
+
+def page_names(toc: Any) -> list[str]:
+    """List the pages named anywhere in a table of contents, in order.
+
+    >>> page_names({"root": "index", "chapters": [{"file": "fig1"}]})
+    ['index', 'fig1']
+    """
+    if isinstance(toc, list):
+        return [name for item in toc for name in page_names(item)]
+    if not isinstance(toc, dict):
+        return []
+    own = [toc[key] for key in ("root", "file") if key in toc]
+    return own + [name for value in toc.values() for name in page_names(value)]
+
+
 def substitutions(root: Path) -> dict[str, Any]:
-    """Collect the numbers that prose may quote.
+    """Collect the numbers of `data/results/*.json` that prose may quote.
 
-    Parameters
-    ----------
-    root : Path
-        Repository: the files `data/results/*.json` count.
-
-    Returns
-    -------
-    dict from str to number, string or bool
-        Nested names are joined by underscores, the file's own first: `single.mse` in
-        `fig3.json` becomes `fig3_single_mse`, and a page writes
-        `{{ fig3_single_mse }}`. Whatever cannot stand in a name becomes an underscore;
-        lists longer than ten entries are left out. Text is shown as it is. `n_claims`
-        counts the claims, `verdicts` says how many got which verdict.
+    Nested names are joined by underscores, the file's own first: `single.mse` in
+    `fig3.json` becomes `fig3_single_mse`, and a page writes `{{ fig3_single_mse }}`.
+    Whatever cannot stand in a name becomes an underscore. Text is shown as it is.
     """
     flat: dict[str, Any] = {}
 
@@ -186,37 +215,7 @@ def substitutions(root: Path) -> dict[str, Any]:
         collect(
             file.stem.replace("-", "_"), json.loads(file.read_text(encoding="utf-8"))
         )
-    if (root / CLAIMS).is_file():
-        flat["n_claims"] = len(load_claims(root / CLAIMS))
-    if (root / VERDICTS).is_file():
-        flat["verdicts"] = tally(json.loads((root / VERDICTS).read_text("utf-8")))
     return flat
-
-
-def page_names(toc: Any) -> list[str]:
-    """List the pages named anywhere in a table of contents.
-
-    Parameters
-    ----------
-    toc : list or dict
-        The table of contents, or a part of it.
-
-    Returns
-    -------
-    list of str
-        Names in order.
-
-    Examples
-    --------
-    >>> page_names({"root": "index", "chapters": [{"file": "fig1"}]})
-    ['index', 'fig1']
-    """
-    if isinstance(toc, list):
-        return [name for item in toc for name in page_names(item)]
-    if not isinstance(toc, dict):
-        return []
-    own = [toc[key] for key in ("root", "file") if key in toc]
-    return own + [name for value in toc.values() for name in page_names(value)]
 
 
 def _refuse_unfit(chapters: Sequence[Chapter]) -> None:
@@ -231,11 +230,31 @@ def _refuse_unfit(chapters: Sequence[Chapter]) -> None:
         raise BookError("\n".join(said))
 
 
+def _lay_out(stage: Path, write: Callable[[], None]) -> None:
+    """Have a stage written anew, but leave the time of what comes out as it was.
+
+    By the time of a page's last change Sphinx knows whether to read it again.
+    """
+    former = stage.with_name(f"{stage.name}.former")
+    shutil.rmtree(former, ignore_errors=True)
+    if stage.exists():
+        stage.rename(former)
+    write()
+    for file in stage.rglob("*"):
+        before = former / file.relative_to(stage)
+        if before.is_file() and filecmp.cmp(before, file, shallow=False):
+            shutil.copystat(before, file)
+    if (former / _WORK).exists():
+        (former / _WORK).rename(stage / _WORK)
+    shutil.rmtree(former, ignore_errors=True)
+
+
 def _stage(
     root: Path,
     stage: Path,
     chapters: Sequence[Chapter],
     pictures: Mapping[str, Sequence[Picture]],
+    subject: Subject,
 ) -> None:
     """Write what Jupyter Book reads: the executed book, and the data."""
     ignore = shutil.ignore_patterns("*.ipynb", "*.partial*", ".*")
@@ -244,23 +263,68 @@ def _stage(
             shutil.copytree(root / folder, stage / folder, ignore=ignore)
     book = stage / "book"
     for chapter in chapters:
-        shown = with_provenance(chapter, pictures[chapter.name])
-        write_notebook(shown, book / f"{chapter.name}.ipynb")
+        notebook = with_provenance(chapter, pictures[chapter.name], subject)
+        write_notebook(notebook, book / f"{chapter.name}.ipynb")
     write_gallery([one for own in pictures.values() for one in own], book)
+    write_opening([chapter.notebook for chapter in chapters], book)
+    write_reference(root, stage, _notebooks(root), subject)
+    for name, text in subject.fragments.items():
+        (book / name).write_text(text, encoding="utf-8")
+    shutil.copy(root / "_toc.yml", book)
     config = yaml.safe_load((root / "_config.yml").read_text(encoding="utf-8"))
-    config.setdefault("parse", {})["myst_substitutions"] = substitutions(root)
+    values = substitutions(root) | dict(subject.values)
+    config.setdefault("parse", {})["myst_substitutions"] = values
     scripts = config["sphinx"]["config"].setdefault("html_js_files", [])
     scripts.append([SECONDS, {"defer": "defer"}])
-    shutil.copy(root / "_toc.yml", book)
-    write_claims(root, book, {page.stem for page in pages(root)})
-    write_opening([chapter.notebook for chapter in chapters], book)
-    notebooks = [page for page in pages(root) if page.suffix == ".ipynb"]
-    write_reference(root, stage, notebooks)
     # Jupyter Book finds these itself, but not in a path with brackets.
     known = {page.relative_to(root / "book") for page in pages(root)}
     texts = {f.relative_to(book) for f in book.rglob("*") if f.suffix in ENDINGS}
     config["exclude_patterns"] = sorted(map(str, texts - known))
     (book / "_config.yml").write_text(yaml.safe_dump(config), "utf-8")
+
+
+def _render(stage: Path, packages: Sequence[str]) -> Path:
+    """Render a staged book as if nothing had been kept of earlier ones.
+
+    If a page does not render without a warning, all trees are given up, so that the
+    next rendering warns again.
+    """
+    work = stage / _WORK
+    html, conditions = work / "html", work / _CONDITIONS
+    now = _conditions(stage / "book", packages)
+    if conditions.exists() and conditions.read_text("utf-8") == now:
+        shutil.rmtree(html, ignore_errors=True)
+    else:
+        shutil.rmtree(work, ignore_errors=True)
+    arguments: list[str | Path] = ["build", stage / "book", "--path-output", stage]
+    arguments += ["-W", "-n", "--keep-going", "--quiet"]
+    result = run_tool(
+        "jupyter_book.cli.main:main", arguments, cache=stage.with_name("cache")
+    )
+    if result.returncode != 0 or not (html / "index.html").exists():
+        shutil.rmtree(work, ignore_errors=True)
+        said = re.sub(r"\x1b\[[0-9;]*m", "", result.stderr or result.stdout)
+        said = said.replace(f"{stage}{os.sep}", "")
+        raise BookError(f"the book did not render:\n{said.strip()}")
+    conditions.write_text(now, "utf-8")
+    return html
+
+
+def _conditions(book: Path, packages: Sequence[str]) -> str:
+    """Identify what any page may depend on: settings, code, installed packages."""
+    settings = [book / "_config.yml", book / "_toc.yml"]
+    specs = [find_spec(name) for name in (*packages, "press")]
+    folders = [
+        Path(folder)
+        for spec in specs
+        for folder in (spec and spec.submodule_search_locations) or ()
+    ]
+    code = [file for folder in folders for file in sorted(folder.rglob("*.py"))]
+    installed = Path(sysconfig.get_path("purelib")).glob("*.dist-info")
+    digest = hashlib.sha256("\n".join(sorted(p.name for p in installed)).encode())
+    for file in (*settings, *code):
+        digest.update(file.read_bytes())
+    return digest.hexdigest()
 
 
 def _complete(
@@ -271,7 +335,6 @@ def _complete(
     script = distribution(MATHJAX).locate_file(f"{MATHJAX}/static/mathjax/{_MATHJAX}")
     (html / "_static" / "mathjax").mkdir(exist_ok=True)
     shutil.copy(str(script), html / "_static" / "mathjax")
-    mend_backlinks(html)
     write_vectors(pictures, html / DOWNLOADS)
     for chapter in chapters:
         file = f"{chapter.name}.ipynb"

@@ -1,32 +1,85 @@
 """Execute the book's chapters: each once, by papermill, and again only when needed.
 
 A chapter is a notebook without outputs. Its last run with certain parameters is kept in
-a cache, with a record of what it depended on (see `press._record`): its code cells, the
-files that it read, the packages that it imported, its environment. Only a change of one
-of these executes it again, and the reason is told; an edit of the prose never does. A
-run that wrote to stderr is not kept.
+a cache, with a record of what it depended on. A run holds as long as the code cells are
+the same, every file that it read (see `press._kernel`) has the content it had then, and
+every package that it imported has the version it had then. Only a change of one of
+these executes a chapter again, and the reason is told; an edit of the prose never does.
+A run that wrote to stderr is not kept.
+
+The environment of the processes that make the book is chosen, not inherited, and part
+of the record. What a reader happens to have set (a backend, a locale, a time zone,
+warnings, threads, folders of settings) would change pictures, numbers or bytes. So a
+process that executes a chapter, renders or prints gets the little that the machine
+itself needs, what is chosen here, and a home that holds nothing but Matplotlib's list
+of fonts.
 """
 
+import functools
 import hashlib
 import json
+import os
+import platform
 import subprocess
 import sys
 import tempfile
 import time
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from dataclasses import dataclass
+from contextlib import suppress
+from dataclasses import asdict, dataclass
+from importlib import metadata
 from pathlib import Path
 from typing import Any
 
 import yaml
 from tqdm import tqdm
 
-from press import _kernel as kernel
-from press import _notebook as nb
-from press._environment import chosen, environment
+from press._kernel import digest
+from press._notebook import (
+    Cell,
+    Notebook,
+    code_cells,
+    complaints,
+    failure,
+    parameters,
+    read_notebook,
+    source,
+    tags,
+    with_outputs,
+    without_picture,
+    write_notebook,
+)
 from press._parameters import check
-from press._record import Record, read_log, read_record
+
+# Without these some machines run nothing.
+_MACHINE = (
+    "PATH",
+    "LD_LIBRARY_PATH",
+    "LD_PRELOAD",
+    "DYLD_LIBRARY_PATH",
+    "DYLD_FALLBACK_LIBRARY_PATH",
+    "SYSTEMROOT",
+)
+# With these a processor computes by other instructions, or without a library's fault.
+_SWITCHES = (
+    "OPENBLAS_CORETYPE",
+    "OPENBLAS_L2_SIZE",
+    "NPY_DISABLE_CPU_FEATURES",
+    "GLIBC_TUNABLES",
+)
+_CHOSEN = {
+    "COLUMNS": "80",
+    "JUPYTER_NO_CONFIG": "1",
+    "LC_ALL": "C.UTF-8",
+    "MPLBACKEND": "module://matplotlib_inline.backend_inline",
+    "OMP_NUM_THREADS": "1",
+    "PYTHONHASHSEED": "0",
+    "PYTHONNOUSERSITE": "1",
+    "PYTHONUTF8": "1",
+    "TZ": "UTC",
+}
+_NAMED = 4  # of the files that changed; the others are counted
 
 
 class BookError(RuntimeError):
@@ -34,29 +87,49 @@ class BookError(RuntimeError):
 
 
 @dataclass(frozen=True)
+class Record:
+    """What a run depended on, and how long it took."""
+
+    code: str  # digest of the code cells
+    files: dict[str, str]  # read: path relative to the repository, and SHA-256
+    packages: dict[str, str]  # imported: distribution and version; and Python's own
+    environment: dict[str, str]  # what was chosen of it
+    seconds: float  # wall time, the start of the kernel included
+
+    def changes(self, code: str, root: Path) -> list[str]:
+        """Say what has changed since the run, a reason each; none if it still holds."""
+        reasons = [] if code == self.code else ["its code cells changed"]
+        now = {name: digest(root / name) for name in self.files}
+        changed = [name for name, content in self.files.items() if content != now[name]]
+        if changed:
+            more = len(changed) - _NAMED
+            further = f" and {more} more" if more > 0 else ""
+            reasons.append(f"{', '.join(changed[:_NAMED])}{further} changed")
+        for name, version in self.packages.items():
+            if (installed := version_of(name)) != version:
+                reasons.append(f"{name} {version} became {installed or 'missing'}")
+        present = chosen()
+        for name in sorted({*present, *self.environment}):
+            then, is_now = (
+                one.get(name, "unset") for one in (self.environment, present)
+            )
+            if then != is_now:
+                reasons.append(f"{name} {then} became {is_now}")
+        return reasons
+
+
+@dataclass(frozen=True)
 class Chapter:
-    """A chapter that has been executed.
+    """A chapter that has been executed."""
 
-    Attributes
-    ----------
-    name : str
-        File name without its ending.
-    notebook : dict
-        The chapter's current text and code with the outputs of its run.
-    record : Record
-        What that run depended on, and how long it took.
-    parameters : dict
-        The values it was given; others are as the chapter declares them.
-    """
-
-    name: str
-    notebook: nb.Notebook
-    record: Record
-    parameters: dict[str, Any]
+    name: str  # its file's, without the ending
+    notebook: Notebook  # current text and code, with the outputs of the run
+    record: Record  # of that run
+    parameters: dict[str, Any]  # the values it was given; others are as declared
 
 
 def run_chapters(
-    parameters: Mapping[Path, Mapping[str, Any]],
+    given: Mapping[Path, Mapping[str, Any]],
     *,
     root: Path,
     cache: Path,
@@ -65,39 +138,16 @@ def run_chapters(
 ) -> list[Chapter]:
     """Return chapters with their outputs, executing those whose runs hold no longer.
 
-    Parameters
-    ----------
-    parameters : mapping from Path to mapping
-        The chapters, and for each the values of some of its parameters.
-    root : Path
-        Repository in which chapters run.
-    cache : Path
-        Folder of earlier runs; created if missing.
-    jobs : int, default 2
-        How many chapters are executed at a time.
-    say : callable, optional
-        Is told in a line which chapter is executed, and why.
-
-    Returns
-    -------
-    list of Chapter
-        In the order of `parameters`.
-
-    Raises
-    ------
-    ValueError
-        If a chapter does not declare a parameter, or it cannot take its value: before
-        any of the chapters is executed.
-    BookError
-        If a cell fails, or shows no picture though it has alternative text for one.
-        Chapters that have finished by then stay in the cache.
+    Each is given values of some of its parameters; all are checked before any chapter
+    is executed. A cell that fails, or shows no picture though it has alternative text
+    for one, is a BookError; what has finished by then stays in the cache.
     """
     if jobs < 1:
         raise ValueError(f"jobs must be at least 1, not {jobs}")
-    checked = {path: read_chapter(path, given) for path, given in parameters.items()}
+    checked = {path: read_chapter(path, values) for path, values in given.items()}
     with (
         ThreadPoolExecutor(jobs) as pool,
-        tqdm(total=len(parameters), desc="chapters", disable=None) as progress,
+        tqdm(total=len(given), desc="chapters", disable=None) as progress,
     ):
         futures = [
             pool.submit(_run, path, *chapter, root=root, cache=cache, say=say)
@@ -114,58 +164,161 @@ def run_chapters(
 
 
 def read_chapter(
-    path: Path, parameters: Mapping[str, Any]
-) -> tuple[nb.Notebook, dict[str, Any]]:
-    """Read a chapter, and check the parameters that it is to be run with.
-
-    Parameters
-    ----------
-    path : Path
-        The notebook.
-    parameters : mapping from str to object
-        Values for some of its parameters.
-
-    Returns
-    -------
-    dict, dict
-        The notebook, and the values as the chapter declares them: text that is a number
-        is one where a number is meant.
-
-    Raises
-    ------
-    ValueError
-        If the file is no notebook, or a parameter is not declared or cannot take its
-        value.
-    OSError
-        If the file cannot be read.
-    """
-    notebook = nb.read_notebook(path)
+    path: Path, given: Mapping[str, Any]
+) -> tuple[Notebook, dict[str, Any]]:
+    """Read a chapter, and the values of its parameters as it declares them."""
+    notebook = read_notebook(path)
     try:
-        return notebook, check(nb.parameters(notebook), parameters)
+        return notebook, check(parameters(notebook), given)
     except ValueError as error:
         raise ValueError(f"{path.stem}: {error}") from error
+
+
+def _run(
+    path: Path,
+    chapter: Notebook,
+    given: dict[str, Any],
+    *,
+    root: Path,
+    cache: Path,
+    say: Callable[[str], object] | None,
+) -> Chapter:
+    """Return one chapter with its outputs, from the cache if nothing has changed."""
+    code = _sha256([_essence(cell) for cell in code_cells(chapter)])
+    kept = cache / f"{path.stem}-{_sha256(given)[:8]}.ipynb"
+    run = read_notebook(kept) if kept.exists() else None
+    record = read_record(run["metadata"].get("record", {})) if run else None
+    if record is None:
+        named = ", ".join(f"{name}={value!r}" for name, value in given.items())
+        reasons = ["never executed" + (f" with {named}" if named else "")]
+    else:
+        reasons = record.changes(code, root)
+    if run is None or record is None or reasons:
+        if say:
+            say(f"{path.stem}: {'; '.join(reasons)}")
+        run, record = _execute(path, given, root=root, cache=cache, code=code)
+        run["metadata"]["record"] = asdict(record)
+        if not complaints(run):
+            write_notebook(run, kept)
+    done = with_outputs(chapter, run)
+    if cell := without_picture(done):
+        raise BookError(f"{path.stem}, {cell}: it has alternative text, but no picture")
+    return Chapter(path.stem, done, record, given)
+
+
+def _execute(
+    path: Path, given: Mapping[str, Any], *, root: Path, cache: Path, code: str
+) -> tuple[Notebook, Record]:
+    """Run a chapter by papermill in a kernel of this very interpreter."""
+    cache.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix="run-", dir=cache.resolve()) as folder:
+        start = time.perf_counter()
+        # A kernel of the same name elsewhere, or the user's own IPython settings,
+        # would run the chapter in another environment: ours come first.
+        log, output = Path(folder, "log"), Path(folder, path.name)
+        spec = Path(folder, "kernels", "python3", "kernel.json")
+        spec.parent.mkdir(parents=True)
+        kernel = Path(__file__).resolve().with_name("_kernel.py")
+        watched = (root.resolve(), kernel.parents[1])
+        launch = [sys.executable, *map(str, (kernel, log, *watched))]
+        launch += ["-f", "{connection_file}"]
+        kernel_spec = {"argv": launch, "display_name": "Python 3"}
+        spec.write_text(json.dumps(kernel_spec), "utf-8")
+        values = yaml.safe_dump(dict(given), sort_keys=False)  # 1e-5 stays one
+        arguments: list[str | Path] = [*map(_literal, (path.resolve(), output))]
+        arguments += ["--kernel", "python3", "--cwd", root.resolve()]
+        arguments += ["--parameters_yaml", values, "--no-progress-bar"]
+        result = run_tool(
+            "papermill.cli:papermill",
+            arguments,
+            cache=cache,
+            JUPYTER_PATH=folder,
+            IPYTHONDIR=folder,
+        )
+        if result.returncode == 0:
+            seconds = round(time.perf_counter() - start, 2)
+            return read_notebook(output), Record(
+                code, *read_log(log, root), environment=chosen(), seconds=seconds
+            )
+        told = failure(read_notebook(output)) if output.exists() else ""
+        last_words = (result.stderr.strip() or "papermill failed").splitlines()[-1]
+        raise BookError(f"{path.stem}, {told or last_words}")
+
+
+def _literal(path: Path) -> str:
+    """Write a path for papermill, which fills in what stands in braces."""
+    return str(path).replace("{", "{{").replace("}", "}}")
+
+
+# What a run depended on
+
+
+def read_record(content: Mapping[str, Any]) -> Record | None:
+    """Take a record out of a run's metadata; a cache of another version has none."""
+    try:
+        return Record(**content)
+    except TypeError:
+        return None
+
+
+def read_log(log: Path, root: Path) -> tuple[dict[str, str], dict[str, str]]:
+    """Read in a kernel's log which files were read and which packages imported."""
+    files, imported = {}, set()
+    for line in log.read_text(encoding="utf-8").splitlines():
+        entry = json.loads(line)
+        if "file" in entry:
+            path = Path(os.path.relpath(entry["file"], root.resolve()))
+            if not path.parts[0].endswith(".egg-info"):  # how packages are installed
+                files[path.as_posix()] = entry["sha256"]
+        else:
+            imported.add(entry["package"])
+    # Of packages that are watched, files count, and no version.
+    inits = {name for name in files if name.endswith("/__init__.py")}
+    others = imported - {Path(name).parent.name for name in inits}
+    owners = {"python"}.union(*(_distributions().get(name, ()) for name in others))
+    return (
+        dict(sorted(files.items())),
+        {name: version_of(name) for name in sorted(owners, key=str.lower)},
+    )
+
+
+@functools.cache
+def version_of(name: str) -> str:
+    """Return the version of a distribution, or of "python"; empty if there is none."""
+    if name == "python":
+        return platform.python_version()
+    try:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return ""
+
+
+def _essence(cell: Cell) -> tuple[str, list[str]]:
+    """Return what a code cell's outputs depend on."""
+    meaningful = {"parameters", "raises-exception"}
+    return source(cell), sorted(meaningful & tags(cell))
+
+
+def _sha256(content: Any) -> str:
+    """Identify what JSON can hold."""
+    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+@functools.cache
+def _distributions() -> Mapping[str, list[str]]:
+    """Return which distributions each package is of."""
+    return metadata.packages_distributions()
+
+
+# Processes, and their environment
 
 
 def run_tool(
     name: str, arguments: Sequence[str | Path], *, cache: Path, **variables: str
 ) -> subprocess.CompletedProcess[str]:
-    """Run a Python command-line tool in a process of its own.
+    """Run a Python command-line tool, "module:function", in a process of its own.
 
-    Parameters
-    ----------
-    name : str
-        Where its main function is, "module:function".
-    arguments : sequence of str or Path
-        Its command line.
-    cache : Path
-        Folder of earlier runs, which holds the home of the process.
-    **variables : str
-        What its environment has besides (see `press._environment`).
-
-    Returns
-    -------
-    subprocess.CompletedProcess
-        Exit status and what it printed.
+    Its environment is the chosen one, and the variables given besides.
     """
     module, function = name.split(":")
     # jsonschema imports a grammar of internationalised addresses if it finds one, which
@@ -184,88 +337,47 @@ def run_tool(
     )
 
 
-def _run(
-    path: Path,
-    source: nb.Notebook,
-    given: dict[str, Any],
-    *,
-    root: Path,
-    cache: Path,
-    say: Callable[[str], object] | None,
-) -> Chapter:
-    """Return one chapter with its outputs, from the cache if nothing has changed."""
-    code = _sha256([_essence(cell) for cell in nb.code_cells(source)])
-    kept = cache / f"{path.stem}-{_sha256(given)[:8]}.ipynb"
-    run = nb.read_notebook(kept) if kept.exists() else None
-    record = read_record(run["metadata"].get("record", {})) if run else None
-    if record is None:
-        named = ", ".join(f"{name}={value!r}" for name, value in given.items())
-        reasons = ["never executed" + (f" with {named}" if named else "")]
-    else:
-        reasons = record.changes(code, root)
-    if run is None or record is None or reasons:
-        if say:
-            say(f"{path.stem}: {'; '.join(reasons)}")
-        run, record = _execute(path, given, root=root, cache=cache, code=code)
-        run["metadata"]["record"] = record.to_json()
-        if not nb.complaints(run):
-            nb.write_notebook(run, kept)
-    done = nb.with_outputs(source, run)
-    if cell := nb.without_picture(done):
-        raise BookError(f"{path.stem}, {cell}: it has alternative text, but no picture")
-    return Chapter(path.stem, done, record, given)
+def chosen() -> dict[str, str]:
+    """Return what outputs may depend on: chosen, or the processor's switches.
+
+    >>> chosen()["TZ"]
+    'UTC'
+    """
+    return _CHOSEN | _inherited(_SWITCHES)
 
 
-def _essence(cell: nb.Cell) -> tuple[str, list[str]]:
-    """Return what a code cell's outputs depend on."""
-    meaningful = {"parameters", "raises-exception"}
-    return nb.source(cell), sorted(meaningful & nb.tags(cell))
+def environment(cache: Path) -> dict[str, str]:
+    """Return every variable of a process that takes part in making the book.
 
-
-def _execute(
-    path: Path, parameters: Mapping[str, Any], *, root: Path, cache: Path, code: str
-) -> tuple[nb.Notebook, Record]:
-    """Run a chapter by papermill in a kernel of this very interpreter."""
-    cache.mkdir(parents=True, exist_ok=True)
-    with tempfile.TemporaryDirectory(prefix="run-", dir=cache.resolve()) as folder:
-        start = time.perf_counter()
-        # A kernel of the same name elsewhere, or the user's own IPython settings,
-        # would run the chapter in another environment: ours come first.
-        log, output = Path(folder, "log"), Path(folder, path.name)
-        spec = Path(folder, "kernels", "python3", "kernel.json")
-        spec.parent.mkdir(parents=True)
-        script = Path(kernel.__file__).resolve()
-        watched = (root.resolve(), script.parents[1])
-        launch = [sys.executable, *map(str, (script, log, *watched))]
-        launch += ["-f", "{connection_file}"]
-        kernel_spec = {"argv": launch, "display_name": "Python 3"}
-        spec.write_text(json.dumps(kernel_spec), "utf-8")
-        given = yaml.safe_dump(dict(parameters), sort_keys=False)  # 1e-5 stays one
-        arguments: list[str | Path] = [*map(_literal, (path.resolve(), output))]
-        arguments += ["--kernel", "python3", "--cwd", root.resolve()]
-        arguments += ["--parameters_yaml", given, "--no-progress-bar"]
-        result = run_tool(
-            "papermill.cli:papermill",
-            arguments,
-            cache=cache,
-            JUPYTER_PATH=folder,
-            IPYTHONDIR=folder,
-        )
-        if result.returncode == 0:
-            seconds = round(time.perf_counter() - start, 2)
-            return nb.read_notebook(output), Record(
-                code, *read_log(log, root), environment=chosen(), seconds=seconds
+    The cache gets a folder `home`, unless it has one; with Matplotlib's list of fonts,
+    which would else be made, and told of, in chapters.
+    """
+    home = cache.resolve() / "home"
+    settings = home / f"matplotlib-{metadata.version('matplotlib')}"
+    own = {"HOME": str(home), "MPLCONFIGDIR": str(settings), "TMPDIR": _scratch(home)}
+    given = _inherited(_MACHINE) | chosen() | own
+    if not settings.exists():
+        home.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryDirectory(dir=home) as new:
+            subprocess.run(
+                [sys.executable, "-c", "import matplotlib.font_manager"],
+                env=given | {"MPLCONFIGDIR": new},
+                capture_output=True,
+                check=True,
             )
-        failure = nb.failure(nb.read_notebook(output)) if output.exists() else ""
-        last_words = (result.stderr.strip() or "papermill failed").splitlines()[-1]
-        raise BookError(f"{path.stem}, {failure or last_words}")
+            with suppress(OSError):  # another process was faster
+                Path(new).rename(settings)
+    return given
 
 
-def _literal(path: Path) -> str:
-    """Write a path for papermill, which fills in what stands in braces."""
-    return str(path).replace("{", "{{").replace("}", "}}")
+def _inherited(names: tuple[str, ...]) -> dict[str, str]:
+    """Return those variables of this process that are set."""
+    return {name: os.environ[name] for name in names if name in os.environ}
 
 
-def _sha256(content: Any) -> str:
-    """Identify what JSON can hold."""
-    return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+def _scratch(home: Path) -> str:
+    """Name a folder for temporary files: the system's, if one may write there."""
+    try:
+        return tempfile.gettempdir()
+    except FileNotFoundError:
+        return str(home)

@@ -1,7 +1,5 @@
 """Files: locks, writing whole or not at all, checksums."""
 
-from __future__ import annotations
-
 import fcntl
 import hashlib
 import json

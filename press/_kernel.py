@@ -25,19 +25,14 @@ FIGURES = {
     "figure_formats": {"png", "svg"},
     "print_figure_kwargs": {"bbox_inches": "tight", "metadata": {"Date": None}},
 }
-STYLE = "svg.hashsalt: msc\n"
+STYLE = "svg.hashsalt: msc\n"  # any word: it is the same in every run
 
 
 def watch(log: Path, folders: Sequence[Path]) -> None:
-    """Write down what this process reads from now on.
+    """Write down what this process reads of these folders, and imports, from now on.
 
-    Parameters
-    ----------
-    log : Path
-        Gets a JSON object a line: ``{"file": path, "sha256": digest}``, the digest
-        empty where there was no file, or ``{"package": name}``.
-    folders : sequence of Path
-        Whose files count, but for what is hidden or built.
+    A line of the log is ``{"file": path, "sha256": digest}``, the digest empty where
+    there was no file, or ``{"package": name}``.
     """
     own = tuple(f"{folder.resolve()}{os.sep}" for folder in folders)
     known: set[str] = set()
@@ -67,22 +62,10 @@ def watch(log: Path, folders: Sequence[Path]) -> None:
 
 
 def source_of(path: str) -> str:
-    """Return the module that a file of bytecode was compiled from.
+    """Return the module that a file of bytecode was compiled from, or the file itself.
 
-    Parameters
-    ----------
-    path : str
-        Any file.
-
-    Returns
-    -------
-    str
-        The module's source, or the path itself if it is no bytecode.
-
-    Examples
-    --------
-    >>> source_of("/msc/robot/__pycache__/_dmp.cpython-311.pyc")
-    '/msc/robot/_dmp.py'
+    >>> source_of("/arm/__pycache__/_dmp.cpython-311.pyc")
+    '/arm/_dmp.py'
     >>> source_of("/data/free.csv")
     '/data/free.csv'
     """
@@ -96,20 +79,8 @@ def source_of(path: str) -> str:
 
 
 def is_aside(inside: str) -> bool:
-    """Tell what does not belong to the repository: environments, and what is built.
+    """Tell what, within a repository, is not of it: what is hidden or built.
 
-    Parameters
-    ----------
-    inside : str
-        Path of a file, relative to the repository.
-
-    Returns
-    -------
-    bool
-        Whether a part of the path begins with a dot, or the first is `_build`.
-
-    Examples
-    --------
     >>> [is_aside(path) for path in ("data/free.csv", ".venv/a.py", "_build/b.json")]
     [False, True, True]
     """
@@ -118,18 +89,7 @@ def is_aside(inside: str) -> bool:
 
 
 def digest(path: Path) -> str:
-    """Identify the content of a file.
-
-    Parameters
-    ----------
-    path : Path
-        The file.
-
-    Returns
-    -------
-    str
-        Hexadecimal SHA-256; empty if there is no such file.
-    """
+    """Identify the content of a file by its SHA-256; empty if there is no such file."""
     try:
         return hashlib.sha256(path.read_bytes()).hexdigest()
     except OSError:

@@ -3,8 +3,6 @@
 The book's own Markdown knows no HTML (`_config.yml`), so that a tag in it is text.
 """
 
-from __future__ import annotations
-
 import re
 
 _MARKUP = re.compile(r"[\\`*_{}<>|$&]|\](?=[(\[:{])|(?<=\[)\^")
@@ -78,18 +76,6 @@ def label(markdown: str) -> str:
 def code(text: str) -> str:
     r"""Write text as code, within a line or a table's cell.
 
-    Parameters
-    ----------
-    text : str
-        Any text; white space in it counts as one blank.
-
-    Returns
-    -------
-    str
-        Markdown.
-
-    Examples
-    --------
     >>> print(code("None | `x`"))
     `` None \| `x` ``
     """
@@ -100,22 +86,8 @@ def code(text: str) -> str:
 
 
 def fenced(text: str, kind: str) -> str:
-    r"""Write lines as a block, whatever fences they hold themselves.
+    r"""Write lines as a block of a language, whatever fences they hold themselves.
 
-    Parameters
-    ----------
-    text : str
-        The lines.
-    kind : str
-        Their language, or a directive.
-
-    Returns
-    -------
-    str
-        Markdown.
-
-    Examples
-    --------
     >>> print(fenced("a = '```'", "python"))
     ````python
     a = '```'

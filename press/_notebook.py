@@ -7,11 +7,12 @@ cells with outputs, and one more, *injected*, that sets the parameters it was gi
 import json
 import re
 import textwrap
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from press._files import replace_file
-from press._parameters import Parameter, declared
+from press._parameters import WORDS, Parameter, declared
 
 Notebook = dict[str, Any]
 Cell = dict[str, Any]
@@ -21,23 +22,7 @@ _LONGEST = 400  # that an error quotes of what a cell wrote
 
 
 def read_notebook(path: Path) -> Notebook:
-    """Read a notebook.
-
-    Parameters
-    ----------
-    path : Path
-        An `.ipynb` file.
-
-    Returns
-    -------
-    dict
-        The notebook.
-
-    Raises
-    ------
-    ValueError
-        If the file is no notebook.
-    """
+    """Read a notebook; a file that is none is a ValueError that names it."""
     try:
         notebook: Notebook = json.loads(path.read_text(encoding="utf-8"))
     except (ValueError, RecursionError) as error:
@@ -54,88 +39,45 @@ def read_notebook(path: Path) -> Notebook:
 
 
 def write_notebook(notebook: Notebook, path: Path) -> None:
-    """Write a notebook, whole or not at all.
-
-    Parameters
-    ----------
-    notebook : dict
-        The notebook.
-    path : Path
-        The file; its folder is created if missing.
-    """
+    """Write a notebook, whole or not at all."""
     text = json.dumps(notebook, indent=1, ensure_ascii=False)
     replace_file(path, text + "\n")
 
 
+# What is in a notebook
+
+
 def code_cells(notebook: Notebook) -> list[Cell]:
-    """Return the author's own code cells.
-
-    Parameters
-    ----------
-    notebook : dict
-        A chapter or a run.
-
-    Returns
-    -------
-    list of dict
-        All code cells but the injected one.
-    """
+    """Return the author's own code cells: all but the injected one."""
     cells = [cell for cell in notebook["cells"] if cell["cell_type"] == "code"]
     return [cell for cell in cells if "injected-parameters" not in tags(cell)]
 
 
 def tags(cell: Cell) -> set[str]:
-    """Return a cell's tags.
-
-    Parameters
-    ----------
-    cell : dict
-        Any cell.
-
-    Returns
-    -------
-    set of str
-        Possibly empty.
-    """
+    """Return a cell's tags."""
     return set(cell["metadata"].get("tags", ()))
 
 
 def source(cell: Cell) -> str:
-    """Return a cell's text.
-
-    Parameters
-    ----------
-    cell : dict
-        Any cell; its file may hold the text whole or as a list of lines.
-
-    Returns
-    -------
-    str
-        The text.
-    """
+    """Return a cell's text, which its file holds whole or as a list of lines."""
     return "".join(cell["source"])
 
 
+def shown(cell: Cell, kind: str) -> list[str]:
+    """Return what a code cell's outputs show, of one MIME type."""
+    data = [output.get("data", {}) for output in cell.get("outputs", ())]
+    return ["".join(one[kind]) for one in data if kind in one]
+
+
+def alternative_text(cell: Cell) -> str:
+    """Return what a cell's figure shows, in words; empty if the cell does not say."""
+    text: str = cell["metadata"].get("mystnb", {}).get("image", {}).get("alt", "")
+    return text
+
+
 def parameters(notebook: Notebook) -> dict[str, Parameter]:
-    r"""Return what a chapter's cell tagged `parameters` assigns.
+    r"""Return what a chapter's cell tagged `parameters` assigns, in its order.
 
-    Parameters
-    ----------
-    notebook : dict
-        The chapter.
-
-    Returns
-    -------
-    dict of str to Parameter
-        By name, in the order of the cell; empty if no cell has the tag.
-
-    Raises
-    ------
-    ValueError
-        If the cell is no Python, or the values in a comment cannot be understood.
-
-    Examples
-    --------
     >>> code = "n_samples = 24  # training tasks (2 to 360)\nseed: int = 0"
     >>> cell = {"source": code, "metadata": {"tags": ["parameters"]}}
     >>> for name, found in parameters({"cells": [cell]}).items():
@@ -151,20 +93,8 @@ def parameters(notebook: Notebook) -> dict[str, Parameter]:
 
 
 def title(notebook: Notebook) -> str:
-    """Return a chapter's title.
+    """Return a chapter's first heading; empty if it has none.
 
-    Parameters
-    ----------
-    notebook : dict
-        The chapter.
-
-    Returns
-    -------
-    str
-        Its first heading; empty if it has none.
-
-    Examples
-    --------
     >>> cell = {"cell_type": "markdown", "source": "# Figure 1: worlds", "metadata": {}}
     >>> title({"cells": [cell]})
     'Figure 1: worlds'
@@ -177,22 +107,14 @@ def title(notebook: Notebook) -> str:
     return ""
 
 
+# Runs
+
+
 def with_outputs(chapter: Notebook, run: Notebook) -> Notebook:
     """Put the outputs of a run into a chapter's current text.
 
-    Parameters
-    ----------
-    chapter : dict
-        The chapter as it is now.
-    run : dict
-        A run of a chapter with the same code cells.
-
-    Returns
-    -------
-    dict
-        The chapter with outputs and with the injected cell, hidden from the book's
-        pages. papermill's record of paths and times is left behind, and the corners
-        of pandas' tables are plain cells.
+    The injected cell is hidden from the book's pages, papermill's record of paths and
+    times is left behind, and the corners of pandas' tables are plain cells.
     """
     hidden = {"tags": ["injected-parameters", "remove-cell"]}
     fixed = {"metadata": hidden, "id": "injected-parameters"}
@@ -217,91 +139,47 @@ def with_outputs(chapter: Notebook, run: Notebook) -> Notebook:
 
 
 def failure(run: Notebook) -> str:
-    """Name the cell at which a run stopped, and its error.
-
-    Parameters
-    ----------
-    run : dict
-        A run that papermill gave up.
-
-    Returns
-    -------
-    str
-        The cell's number among the code cells, its first line, the error and its text;
-        empty if no cell failed.
-    """
-    for number, cell in reversed([*enumerate(code_cells(run), start=1)]):
+    """Name the cell at which a run stopped, and its error; empty if none failed."""
+    for where, cell in reversed([*_named(run)]):
         for output in cell["outputs"]:
             if output["output_type"] == "error":
-                error = f"{output['ename']}: {output['evalue']}"
-                return f"{_named(number, cell)}: {error}"
+                return f"{where}: {output['ename']}: {output['evalue']}"
     return ""
 
 
 def complaints(run: Notebook) -> list[str]:
-    """Name the cells that wrote to stderr, and what.
-
-    Parameters
-    ----------
-    run : dict
-        A notebook with outputs.
-
-    Returns
-    -------
-    list of str
-        For each such cell its number among the code cells, its first line and what it
-        wrote, cut where that is long.
-    """
+    """Name the cells that wrote to stderr, and what, cut where that is long."""
     found = []
-    for number, cell in enumerate(code_cells(run), start=1):
+    for where, cell in _named(run):
         streams = [out for out in cell["outputs"] if out.get("name") == "stderr"]
         if text := "".join("".join(stream["text"]) for stream in streams):
             short = textwrap.shorten(text, _LONGEST, placeholder=" …")
-            found.append(f"{_named(number, cell)} wrote to stderr: {short}")
+            found.append(f"{where} wrote to stderr: {short}")
     return found
 
 
-def without_picture(run: Notebook) -> str:
-    """Name a cell that should have shown a picture.
-
-    Parameters
-    ----------
-    run : dict
-        A notebook with outputs.
-
-    Returns
-    -------
-    str
-        The number among the code cells, and the first line, of the first cell that has
-        alternative text but shows no picture; empty if there is none.
-    """
+def unmet(run: Notebook) -> str:
+    """Name the first cell whose claims do not hold, and them; empty if all hold."""
     for number, cell in enumerate(code_cells(run), start=1):
-        shown = {kind for output in cell["outputs"] for kind in output.get("data", ())}
-        if alternative_text(cell) and "image/png" not in shown:
-            return _named(number, cell)
+        for words in shown(cell, "text/plain"):
+            if words.startswith(WORDS):
+                return f"code cell {number}: {' '.join(words.split())}"
     return ""
 
 
-def alternative_text(cell: Cell) -> str:
-    """Return what a cell's figure shows, in words.
-
-    Parameters
-    ----------
-    cell : dict
-        Any cell.
-
-    Returns
-    -------
-    str
-        Empty if the cell does not say.
-    """
-    text: str = cell["metadata"].get("mystnb", {}).get("image", {}).get("alt", "")
-    return text
+def without_picture(run: Notebook) -> str:
+    """Name the first cell with alternative text that shows no picture."""
+    for where, cell in _named(run):
+        if alternative_text(cell) and not shown(cell, "image/png"):
+            return where
+    return ""
 
 
-def _named(number: int, cell: Cell) -> str:
-    first_line = source(cell).strip().partition("\n")[0]
-    return f"code cell {number} ({first_line})"
+def _named(run: Notebook) -> Iterator[tuple[str, Cell]]:
+    """Yield each code cell, and its number and first line to name it."""
+    for number, cell in enumerate(code_cells(run), start=1):
+        first_line = source(cell).strip().partition("\n")[0]
+        yield f"code cell {number} ({first_line})", cell
 
 
 def _without_empty_headers(output: dict[str, Any]) -> dict[str, Any]:

@@ -1,7 +1,7 @@
-"""The parameters of a chapter: what its cell of them declares, and what they may be.
+"""What a chapter checks: its parameters first, and its claims where it makes them.
 
-The cell is plain assignments. The comment beside one is what it means, and ends in the
-values it may take:
+Its cell of parameters is plain assignments. The comment beside one is what it means,
+and ends in the values it may take:
 
     n_samples = 24  # training tasks, evenly spaced (2 to 360)
     n_charts = 4  # None: the elbow picks (1 to 10, at most n_samples, or None)
@@ -12,6 +12,9 @@ Its type is the default's; numbers are whole if the default is and both bounds a
 comment too long for its line goes on in one that begins with the parenthesis. All else
 is made of this: what the command line refuses, what a chapter checks before it computes
 anything, and the page of parameters.
+
+With the chapter's own parameters a claim that does not hold stops the build of the
+book. With others, which a reader is free to choose, it is told in words.
 """
 
 import ast
@@ -21,6 +24,7 @@ import re
 import reprlib
 import tokenize
 from collections.abc import Mapping, MutableMapping
+from dataclasses import dataclass
 from numbers import Integral, Real
 from typing import Any, NamedTuple
 
@@ -38,24 +42,16 @@ _NONE = ("None", "null")  # how a file of parameters may spell it
 _REFUSED = object()
 _NAMES = {int: "a whole number", float: "a number", bool: "True or False", str: "text"}
 
+# How a cell tells, in words, of claims that do not hold.
+WORDS = "With these parameters it does not hold that"
+
 
 class Parameter(NamedTuple):
-    """A parameter as a chapter declares it.
+    """A parameter as a chapter declares it."""
 
-    Attributes
-    ----------
-    default : str
-        Its value, as Python writes it.
-    meaning : str
-        The comment beside it, without the values.
-    values : str
-        Those that it may take, as the comment's last parenthesis has them; empty if
-        there is none: then only the type counts.
-    """
-
-    default: str
-    meaning: str
-    values: str = ""
+    default: str  # as Python writes it
+    meaning: str  # the comment beside it, without the values
+    values: str = ""  # in the comment's last parenthesis; if empty, the type counts
 
     @property
     def wanted(self) -> str:
@@ -78,25 +74,7 @@ class Parameter(NamedTuple):
         return [(limit, name) for limit, name in named.items() if name]
 
     def read(self, name: str, value: Any) -> Any:
-        """Return a value as its type has it: text that is a number as a number.
-
-        Parameters
-        ----------
-        name : str
-            The parameter's, to name it.
-        value : object
-            What it was given.
-
-        Returns
-        -------
-        object
-            The value; an angle given modulo a full turn within the first turn.
-
-        Raises
-        ------
-        ValueError
-            If the value is of another type, or not among those it may take.
-        """
+        """Return a value as its type has it, or refuse it by name: "1e2" as 100."""
         read = self._typed(value)
         if read is not _REFUSED and read is not None:
             read = self._within(read)
@@ -145,25 +123,8 @@ class Parameter(NamedTuple):
 
 
 def declared(code: str) -> dict[str, Parameter]:
-    r"""Return what a cell of parameters assigns.
+    r"""Return what a cell of parameters assigns, in its order; refuse another.
 
-    Parameters
-    ----------
-    code : str
-        The cell's text.
-
-    Returns
-    -------
-    dict of str to Parameter
-        By name, in the order of the cell.
-
-    Raises
-    ------
-    ValueError
-        If the cell is no Python, or the values in a comment cannot be understood.
-
-    Examples
-    --------
     >>> for name, one in declared("n = 24  # tasks (2 to 360)\nseed = 0").items():
     ...     print(name, tuple(one), one.wanted)
     n ('24', 'tasks', '2 to 360') a whole number from 2 to 360
@@ -203,27 +164,10 @@ def declared(code: str) -> dict[str, Parameter]:
 def check(
     parameters: Mapping[str, Parameter], given: Mapping[str, Any]
 ) -> dict[str, Any]:
-    r"""Check values of parameters, alone and against each other.
+    r"""Return the values given, each as its type has it, or refuse one by name.
 
-    Parameters
-    ----------
-    parameters : mapping from str to Parameter
-        All that are declared.
-    given : mapping from str to object
-        Values for some of them; others are the defaults.
+    They are held against each other, too; what is not given is the default.
 
-    Returns
-    -------
-    dict
-        The values given, each as its type has it.
-
-    Raises
-    ------
-    ValueError
-        If a parameter is not declared, or cannot take its value.
-
-    Examples
-    --------
     >>> cell = "n = 24  # tasks (2 to 360)\nk = 4  # parts (1 to 10, at most n)"
     >>> check(declared(cell), {"n": "1e2", "k": 5.0})
     {'n': 100, 'k': 5}
@@ -279,21 +223,45 @@ def check_parameters(namespace: MutableMapping[str, Any]) -> None:
     namespace.update(check(known, values))
 
 
-def resolve(word: str) -> Any:
-    """Read a word of the command line as `papermill -p` does.
+@dataclass(frozen=True)
+class Unmet:
+    """Claims that do not hold, as a chapter shows them."""
+
+    claims: tuple[str, ...]  # each a clause after "that"
+
+    def __repr__(self) -> str:
+        """Write them down, one a line."""
+        return "\n- ".join((WORDS, *self.claims))
+
+
+def expect(claims: Mapping[str, bool]) -> Unmet | None:
+    """Check what a chapter says.
 
     Parameters
     ----------
-    word : str
-        The word.
+    claims : mapping from str to bool
+        Whether each holds. It is a clause after "it does not hold that".
 
     Returns
     -------
-    bool, None, int, float or str
-        What it stands for.
+    Unmet or None
+        Those that do not hold, which a cell shows in words; None, which it does not
+        show, if all do.
 
     Examples
     --------
+    >>> expect({"two is even": True})
+    >>> expect({"two is even": True, "three is even": False})
+    With these parameters it does not hold that
+    - three is even
+    """
+    failed = tuple(claim for claim, holds in claims.items() if not holds)
+    return Unmet(failed) if failed else None
+
+
+def resolve(word: str) -> Any:
+    """Read a word of the command line as `papermill -p` does.
+
     >>> [resolve(word) for word in ("None", "1e2", "48", "even", "null")]
     [None, 100.0, 48, 'even', 'null']
     """

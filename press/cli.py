@@ -1,23 +1,226 @@
-"""The command line of the book: run a chapter, build, print, pack, compare."""
+"""The command line: what every program of it shares, and the commands of the book.
 
-from __future__ import annotations
+A command is a function that takes the parsed arguments and one, `_add_…`, that declares
+them; both stand together. What takes seconds to load is imported by the commands that
+need it. `python -m press COMMAND …` has the commands of the book; another program has
+them among its own, and hands the book its subject.
+"""
 
 import argparse
 import re
 import sys
+import tempfile
+from collections.abc import Callable, Iterable, Sequence
+from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 from tqdm import tqdm
 
 from press._chapters import BookError, read_chapter, run_chapters
 from press._notebook import complaints, write_notebook
-from press._options import Commands, add_jobs, add_profile, check_output
+from press._pages import Subject
 from press._parameters import resolve
+
+Commands: TypeAlias = "argparse._SubParsersAction[argparse.ArgumentParser]"
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run a command of the book alone.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        Command and options; those of the process by default.
+
+    Returns
+    -------
+    int
+        Exit status, as `run_command` returns it.
+    """
+    words = "Notebooks, executed and rendered as a book."
+    return run_command(make_parser(Subject().program, words, BOOK_COMMANDS), arguments)
+
+
+def make_parser(
+    program: str,
+    description: str,
+    commands: Iterable[Callable[[Commands], None]],
+    subject: Callable[[Path], Subject] = lambda _: Subject(),
+) -> argparse.ArgumentParser:
+    """Make the parser of a command line, with a command `help` for all options.
+
+    Parameters
+    ----------
+    program, description : str
+        How it is called, and what it is for.
+    commands : iterable of callable
+        Each declares a command, whose function is the default of `run`.
+    subject : callable, optional
+        Is given the repository and returns the `Subject` of its book.
+
+    Returns
+    -------
+    ArgumentParser
+        The parser.
+    """
+    parser = argparse.ArgumentParser(prog=program, description=description)
+    parser.set_defaults(subject=subject)
+    known = parser.add_subparsers(title="commands", required=True, metavar="COMMAND")
+    for add in commands:
+        add(known)
+    helping = known.add_parser("help", help="tell the options of all commands")
+    helping.set_defaults(run=lambda _: print(tell_options(parser), end=""))
+    for one in known.choices.values():
+        # argparse takes -1e-3 for an option: of numbers it knows -1 and -0.001 only.
+        one._negative_number_matcher = re.compile(r"-(\.?\d|inf|nan)")
+    return parser
+
+
+def tell_options(parser: argparse.ArgumentParser, width: int | None = None) -> str:
+    """Return the help of a command line, then of each of its commands.
+
+    Parameters
+    ----------
+    parser : ArgumentParser
+        What `make_parser` returned.
+    width : int, optional
+        Columns; the terminal's by default.
+
+    Returns
+    -------
+    str
+        Lines of text.
+    """
+    (known,) = (
+        action.choices.values()
+        for action in parser._actions
+        if isinstance(action, argparse._SubParsersAction)
+    )
+    told = []
+    for one in (parser, *known):
+        one.formatter_class = partial(argparse.HelpFormatter, width=width and width - 2)
+        told.append(one.format_help())
+    return "\n".join(told)
+
+
+def run_command(
+    parser: argparse.ArgumentParser, arguments: Sequence[str] | None = None
+) -> int:
+    """Run one command; tell in a sentence what went wrong.
+
+    Parameters
+    ----------
+    parser : ArgumentParser
+        What `make_parser` returned.
+    arguments : sequence of str, optional
+        Command and options; those of the process by default.
+
+    Returns
+    -------
+    int
+        Exit status: 0; 2 after a bad argument, an unusable file or a failed chapter;
+        130 if interrupted.
+    """
+    options = parser.parse_args(arguments)
+    try:
+        options.run(options)
+    except KeyboardInterrupt:
+        print(f"{parser.prog}: interrupted", file=sys.stderr)
+        return 130
+    except (ValueError, OSError, BookError) as error:
+        words = str(error)
+        if isinstance(error, OSError) and error.strerror and error.filename:
+            words = f"{error.strerror}: {error.filename}"  # without its number
+        print(f"{parser.prog}: error: {words}", file=sys.stderr)
+        return 2
+    return 0
+
+
+# Options
+
+
+def add_profile(parser: argparse.ArgumentParser) -> None:
+    """Add ``--profile``.
+
+    Parameters
+    ----------
+    parser : ArgumentParser
+        Parser of a command.
+    """
+    parser.add_argument("--profile", default="quick", help="quick (default) or full")
+
+
+def add_seed(
+    parser: argparse.ArgumentParser, seed: int = 0, what: str = "seed of every draw"
+) -> None:
+    """Add ``--seed``.
+
+    Parameters
+    ----------
+    parser : ArgumentParser
+        Parser of a command.
+    seed : int, default=0
+        The default.
+    what : str
+        Its meaning.
+    """
+    parser.add_argument("--seed", type=int, default=seed, help=f"{what} ({seed})")
+
+
+def add_jobs(parser: argparse.ArgumentParser, what: str = "worker processes") -> None:
+    """Add ``--jobs``.
+
+    Parameters
+    ----------
+    parser : ArgumentParser
+        Parser of a command.
+    what : str
+        Its meaning.
+    """
+    parser.add_argument("--jobs", type=int, default=2, help=f"{what} (2)")
+
+
+def check_output(out: Path, suffix: str, *, jobs: int = 1, seed: int = 0) -> None:
+    """Refuse, before hours of work, what would spoil its end.
+
+    Parameters
+    ----------
+    out : Path
+        The file to be written; its folder is made if it is missing.
+    suffix : str
+        How its name must end, in whatever case.
+    jobs, seed : int
+        Worker processes and the seed of every draw.
+
+    Raises
+    ------
+    ValueError
+        If an argument is not as wanted, or the file cannot be written.
+    """
+    if seed < 0:
+        raise ValueError(f"seed={seed}; wanted 0 or more")
+    if jobs < 1:
+        raise ValueError(f"jobs={jobs}; wanted at least 1")
+    if out.suffix.lower() != suffix.lower():
+        raise ValueError(f"out={out}; wanted a name ending in {suffix}")
+    if out.is_dir():
+        raise ValueError(f"out={out} is a folder; wanted the name of a file")
+    try:
+        out.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=out.parent):
+            pass
+    except OSError as error:
+        raise ValueError(
+            f"out={out}: its folder cannot be written to: {error.strerror}"
+        ) from None
+
+
+# The book
 
 
 def _add_run(commands: Commands) -> None:
-    """Declare `msc run`."""
+    """Declare `run`."""
     parser = commands.add_parser("run", help="execute one chapter")
     parser.add_argument(
         "chapter", type=Path, help="for example book/fig3_free_24.ipynb"
@@ -32,8 +235,6 @@ def _add_run(commands: Commands) -> None:
         help="a parameter of the chapter; may be repeated",
     )
     parser.add_argument("--out", type=Path, required=True, help="an .ipynb file")
-    # argparse takes -1e-3 for an option: of numbers it knows -1 and -0.001 only.
-    parser._negative_number_matcher = re.compile(r"-(\.?\d|inf|nan)")
     parser.set_defaults(run=_run_chapter)
 
 
@@ -61,7 +262,7 @@ def _run_chapter(options: argparse.Namespace) -> None:
 
 
 def _add_book(commands: Commands) -> None:
-    """Declare `msc book`."""
+    """Declare `book`."""
     parser = commands.add_parser("book", help="execute the chapters, build the book")
     _add_building(parser)
     parser.set_defaults(run=_run_book)
@@ -71,12 +272,11 @@ def _run_book(options: argparse.Namespace) -> None:
     """Build the book; print which chapters are executed, why, and the index page."""
     from press._book import build_book
 
-    index = build_book(profile=options.profile, jobs=options.jobs, say=tqdm.write)
-    print(f"The book: {index}")
+    print(f"The book: {build_book(**_building(options))}")
 
 
 def _add_release(commands: Commands) -> None:
-    """Declare `msc release`."""
+    """Declare `release`."""
     parser = commands.add_parser("release", help="pack the built book as a zip")
     parser.set_defaults(run=_run_release)
 
@@ -89,20 +289,20 @@ def _run_release(_: argparse.Namespace) -> None:
 
 
 def _add_pdf(commands: Commands) -> None:
-    """Declare `msc pdf`."""
+    """Declare `pdf`."""
     parser = commands.add_parser("pdf", help="print the built book as a PDF")
     parser.set_defaults(run=_run_pdf)
 
 
 def _run_pdf(_: argparse.Namespace) -> None:
     """Print the built book."""
-    from press._print import print_book
+    from press._release import print_book
 
     print(print_book(Path.cwd()))
 
 
 def _add_twice(commands: Commands) -> None:
-    """Declare `msc twice`."""
+    """Declare `twice`."""
     parser = commands.add_parser("twice", help="build the book again, and compare")
     _add_building(parser)
     parser.set_defaults(run=_run_twice)
@@ -112,17 +312,27 @@ def _run_twice(options: argparse.Namespace) -> None:
     """Build the book here and elsewhere; fail where they differ."""
     from press._release import build_twice
 
-    different = build_twice(
-        Path.cwd(), profile=options.profile, jobs=options.jobs, say=tqdm.write
-    )
-    if different:
+    if different := build_twice(**_building(options)):
         raise BookError(f"built again, these differ: {', '.join(different)}")
     print("built again elsewhere, the book has the same bytes")
 
 
 def _add_building(parser: argparse.ArgumentParser) -> None:
+    """Add the options of a build."""
     add_profile(parser)
     add_jobs(parser, "chapters at a time")
 
 
-COMMANDS = (_add_run, _add_book, _add_release, _add_pdf, _add_twice)
+def _building(options: argparse.Namespace) -> dict[str, Any]:
+    """Return what a build is asked for."""
+    root = Path.cwd()
+    return {
+        "profile": options.profile,
+        "jobs": options.jobs,
+        "root": root,
+        "subject": options.subject(root),
+        "say": tqdm.write,
+    }
+
+
+BOOK_COMMANDS = (_add_run, _add_book, _add_release, _add_pdf, _add_twice)

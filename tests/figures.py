@@ -5,7 +5,6 @@ import pandas as pd
 import pytest
 
 import msc.plots._movements
-import msc.search._cmaes
 from msc import SMCE, Arm, Workspace, load_dataset
 from msc.data import Dataset, load_results, make_two_arcs
 from msc.plots import (
@@ -40,7 +39,7 @@ from msc.plots import (
     slide_weight,
 )
 from msc.plots._graph import plot_graph
-from msc.search import record_search
+from msc.search import SearchOptions, record_search
 from msc.study import Experiment
 
 NAMES = ("without obstacles", "with obstacles")
@@ -108,9 +107,8 @@ def weights():
 
 
 def recordings():
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(msc.search._cmaes, "MAX_EVALUATIONS", 170)
-        return record_search(Workspace.obstacles(), 120, seed=3, n_starts=2)
+    brief = SearchOptions(max_evaluations=170)
+    return record_search(Workspace.obstacles(), 120, seed=3, n_starts=2, options=brief)
 
 
 def curves():

@@ -1,14 +1,14 @@
 """Results as they would be if the paper were right in everything, or in nothing."""
 
+import numpy as np
 import pandas as pd
 
+from msc.data import WEIGHTS
+from msc.data._tables import COLUMNS
+from msc.study import MEASURES
+
 SIZES = (8, 12, 16, 24, 36, 50, 72, 100, 180, 360)
-MSES = (
-    "mse, gate learned",
-    "mse, chart known",
-    "mse, away from jumps",
-    "standardised mse, gate learned",
-)
+MSES = [key for key in MEASURES if "mse" in key and key != "mse, beside jumps"]
 CURVES = (
     "rows_of_m",
     "squares",
@@ -70,19 +70,21 @@ def imagine_study(right, world):
         {
             "design": design,
             "n_samples": size,
+            "repetitions": 2,
             "measures": (measures := imagine_measures(right, world, size)),
             "ratios": [
                 {"measure": measure, "method": "charts", "baseline": baseline}
                 | near(by_method["charts"]["mean"] / mean["mean"], "ratio")
                 for measure, by_method in measures.items()
                 for baseline, mean in by_method.items()
-                if baseline != "charts"
+                if baseline != "charts" and MEASURES[measure].has_ratio
             ]
             + [
                 {"measure": measure, "method": "charts, Matérn"}
                 | {"baseline": "single, Matérn"}
                 | near(0.5 if right else 2, "ratio")
                 for measure in measures
+                if MEASURES[measure].has_ratio
             ],
         }
         for design in ("even", "uniform")
@@ -92,14 +94,17 @@ def imagine_study(right, world):
         {
             "n_charts": n_charts,
             "n_samples": size,
-            "measures": {MSES[0]: {"charts": near(1 + right * (n_charts - 4) ** 2)}},
+            "repetitions": 2,
+            "measures": {MSES[0]: {"charts": summary(1 + right * (n_charts - 4) ** 2)}},
         }
         for n_charts in range(1, 9)
         for size in (24, 100, 360)
     ]
     for one in sweep if not right else []:
-        one["measures"][MSES[0]]["charts"] = near(20 - (one["n_charts"] - 4) ** 2)
-    return {"cells": cells, "sweep": sweep}
+        one["measures"][MSES[0]]["charts"] = summary(20 - (one["n_charts"] - 4) ** 2)
+    provenance = {"command": "", "data": {}, "versions": {}}
+    head = {"workspace": world, "profile": "full", "seed": 0, "n_charts": 4}
+    return {**head, "provenance": provenance, "cells": cells, "sweep": sweep}
 
 
 def imagine_measures(right, world, size):
@@ -120,7 +125,7 @@ def imagine_measures(right, world, size):
         "under_1_cm": dict.fromkeys(METHODS, share),
     }
     return {
-        measure: {method: near(mean) for method, mean in by_method.items()}
+        measure: {method: summary(mean) for method, mean in by_method.items()}
         for measure, by_method in means.items()
     }
 
@@ -132,6 +137,24 @@ def imagine_elbow(right):
     return {"readings": dict.fromkeys(CURVES, picks)}
 
 
-def near(value, name="mean"):
+def summary(mean):
+    """Summarise errors that are all alike."""
+    alike = dict.fromkeys(("median", "p95"), mean)
+    sizes = {"n_tasks": 120, "per_repetition": [mean, mean]}
+    return near(mean, "mean") | {"std": 0.0} | alike | sizes
+
+
+def near(value, name):
     """Name a number and give it an interval."""
     return {name: value, "low": 0.95 * value, "high": 1.05 * value}
+
+
+def imagine_table(tasks_deg, jumps_deg):
+    """Return a table of policies: a curve that is lifted at each jump."""
+    angles = np.deg2rad(tasks_deg)
+    curve = np.c_[np.sin(angles), np.cos(angles), np.sin(2 * angles)]
+    lifts = 6.0 * np.searchsorted(jumps_deg, tasks_deg)
+    table = pd.DataFrame(0.0, index=range(len(angles)), columns=list(COLUMNS))
+    table[list(WEIGHTS)] = np.c_[curve, 2 * curve] + lifts[:, None]
+    table["task_deg"], table["winner"] = tasks_deg, "start 0"
+    return table.assign(cost=0.1 + tasks_deg / 1000)

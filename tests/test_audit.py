@@ -1,27 +1,28 @@
+from functools import partial
+
 import numpy as np
+import pandas as pd
 import pytest
 
 import msc.search._audit
-import msc.search._bisection
 from msc import SearchResult, Workspace, load_dataset
-from msc.data import find_data, save_table
+from msc._parallel import call_in_order
+from msc.data import Dataset, find_data, save_table
 from msc.plots import jump_table, quality_table
-from msc.search import SweepPlan, audit_table, grid, search_tasks
-from msc.search._audit import _find_workspace
-from msc.search._bisection import bisect, bisect_jumps
+from msc.search import SearchOptions, SweepPlan, audit_table, grid, search_tasks
+from msc.search._audit import _bisect, _bisect_jumps, _find_workspace
 
 free = Workspace.free()
+brief = SearchOptions(max_evaluations=18)
 
 
 @pytest.fixture(scope="module")
 def table(tmp_path_factory):
     """A table of four tasks, searched as little as can be."""
-    patch = pytest.MonkeyPatch()
-    patch.setattr("msc.search._cmaes.MAX_EVALUATIONS", 18)
     path = tmp_path_factory.mktemp("data") / "free.csv"
-    found = search_tasks(SweepPlan(free, grid(4), seed=0, n_starts=1))
+    plan = SweepPlan(free, grid(4), seed=0, n_starts=1, options=brief)
+    found = search_tasks(plan)
     save_table(found, path, command="msc search", seed=0)
-    patch.undo()
     return path
 
 
@@ -35,7 +36,7 @@ def searches(monkeypatch):
             return SearchResult(task_deg, found, cost, 0.0, 0.0, 0.0, ())
 
         monkeypatch.setattr(msc.search._audit, "search_policy", search)
-        monkeypatch.setattr(msc.search._bisection, "search_policy", search)
+        return search
 
     return install
 
@@ -88,8 +89,8 @@ def test_the_sample_is_drawn_with_the_seed(table, searches):
 
 
 def test_a_jump_stays_a_jump(searches):
-    searches(lambda task: np.where(task < 40.3, 0.0, 9.0) * np.ones(6))
-    found = bisect(free, (40.0, 41.0), (np.zeros(6), 9 * np.ones(6)), seed=0)
+    search = searches(lambda task: np.where(task < 40.3, 0.0, 9.0) * np.ones(6))
+    found = _bisect(search, free, (40.0, 41.0), (np.zeros(6), 9 * np.ones(6)))
     assert found["is_jump"]
     low, high = found["located_deg"]
     assert low < 40.3 <= high
@@ -98,16 +99,19 @@ def test_a_jump_stays_a_jump(searches):
 
 
 def test_a_steep_slope_is_no_jump(searches):
-    searches(lambda task: (task - 40) * 9 * np.ones(6))
-    found = bisect(free, (40.0, 41.0), (np.zeros(6), 9 * np.ones(6)), seed=0)
+    search = searches(lambda task: (task - 40) * 9 * np.ones(6))
+    found = _bisect(search, free, (40.0, 41.0), (np.zeros(6), 9 * np.ones(6)))
     assert not found["is_jump"]
     assert found["located_deg"] == [40.0, 41.0]
 
 
 def test_the_closed_circle_is_looked_at(searches):
-    searches(lambda task: (task % 360) * np.ones(6))
-    tasks = np.arange(0.0, 360.0, 10.0)
-    (found,) = bisect_jumps(free, tasks, tasks[:, None] * np.ones(6), seed=0)
+    search = searches(lambda task: (task % 360) * np.ones(6))
+    table = pd.DataFrame({"task_deg": np.arange(0.0, 360.0, 10.0)})
+    policies = table.to_numpy() * np.ones(6)
+    circle = Dataset(np.deg2rad(table.to_numpy()), policies, table)
+    call = partial(call_in_order, jobs=1)
+    (found,) = _bisect_jumps(free, circle, search, call)
     assert found["between_deg"] == [350.0, 360.0]
     assert found["is_jump"]
 
@@ -133,6 +137,22 @@ def test_an_audit_is_summarised(table, searches):
 def test_a_sample_larger_than_the_table_is_refused(table, n_sample):
     with pytest.raises(ValueError, match=f"sample={n_sample}; wanted from 1 to 4"):
         audit_table(table, n_sample=n_sample)
+
+
+def test_options_are_heeded_and_told(table, searches, monkeypatch):
+    search, asked = searches(lambda _: np.zeros(6)), []
+
+    def note(*arguments, **more):
+        asked.append(more["options"])
+        return search(*arguments)
+
+    monkeypatch.setattr(msc.search._audit, "search_policy", note)
+    command = audit_table(table, n_sample=2, options=brief)["provenance"]["command"]
+    assert command.endswith(" --seed 1 --set max_evaluations=18")
+    assert len(asked) >= 2
+    assert set(asked) == {brief}
+    plain = audit_table(table, n_sample=2)["provenance"]["command"]
+    assert plain == "msc audit data/free.csv --sample 2 --seed 1"
 
 
 def test_the_seed_of_the_table_is_refused(table):

@@ -5,6 +5,7 @@ import json
 import os
 import re
 import shutil
+import subprocess
 import sys
 import sysconfig
 import venv
@@ -14,13 +15,18 @@ from pathlib import Path
 
 import pytest
 
-from msc.cli import main
-from press import BookError, locked
-from press import _record as record
-from press._book import build_book, pages, substitutions
-from press._chapters import run_chapters
-from press._environment import environment
-from press._figures import find_pictures, gallery_markdown
+from msc.cli import main, make_subject
+from press import (
+    BookError,
+    _chapters,
+    build_book,
+    locked,
+    pages,
+    print_book,
+    release_book,
+)
+from press._book import substitutions
+from press._chapters import environment, run_chapters, version_of
 from press._notebook import (
     code_cells,
     complaints,
@@ -30,9 +36,8 @@ from press._notebook import (
     with_outputs,
     write_notebook,
 )
-from press._print import one_page, print_book, without_dates
-from press._record import version_of
-from press._release import MAY_DIFFER, differences, pack, release_book
+from press._pages import find_pictures, gallery_markdown
+from press._release import MAY_DIFFER, differences, one_page, pack, without_dates
 
 ROOT = Path(__file__).parents[1]
 PARAMETERS = 'profile = "full"\nn = 3'
@@ -61,6 +66,7 @@ def chapter(text, *codes):
 
 def make_book(root):
     """Lay out a repository with a book of an index page and one chapter."""
+    root.mkdir(exist_ok=True)
     shutil.copy(ROOT / "_config.yml", root)
     (root / "_toc.yml").write_text(
         "format: jb-book\nroot: index\nchapters:\n- file: one\n- file: figures\n",
@@ -229,10 +235,10 @@ def test_new_code_parameters_and_packages_execute_again(repository, monkeypatch)
     path = repository / "book" / "one.ipynb"
     write_notebook(chapter("# One", COUNT, "print('new')"), path)
     assert text_of(run(repository, say=said.append).notebook) == "new\n"
-    version = record.version_of("ipykernel")
+    version = version_of("ipykernel")
     newer = {"ipykernel": "99.0"}
     monkeypatch.setattr(
-        record, "version_of", lambda name: newer.get(name, version_of(name))
+        _chapters, "version_of", lambda name: newer.get(name, version_of(name))
     )
     run(repository, say=said.append)
     assert said == [
@@ -453,11 +459,26 @@ def test_results_become_substitutions(repository):
     }
 
 
+def build_about_msc(root):
+    return build_book(root=root, subject=make_subject(root))
+
+
 @pytest.fixture(scope="module")
 def built(tmp_path_factory):
     """Return the index page of the tiny book, built."""
     root = make_book(tmp_path_factory.mktemp("a {tiny} {{ book }} 'of' $HOME [é]*"))
-    return build_book(root=add_claims(root))
+    return build_about_msc(add_claims(root))
+
+
+def test_the_book_is_told_of_the_package_and_its_claims(tmp_path):
+    assert make_subject(tmp_path).values == {}
+    root = add_claims(make_book(tmp_path))
+    verdicts = {"no-jumps": {"verdict": "by construction"}}
+    (root / "data/results/claims.json").write_text(json.dumps(verdicts), "utf-8")
+    subject = make_subject(root)
+    assert subject.values == {"n_claims": 1, "verdicts": "1 by construction"}
+    assert "[The manifold has no jumps.](one)" in subject.fragments["claims_table.md"]
+    assert subject.commands.startswith("usage: msc [-h] COMMAND")
 
 
 def contents(folder):
@@ -497,14 +518,15 @@ def test_book_needs_no_network(built):
 
 
 def another_python(folder):
-    """Lay out the packages of this environment, with the theme, at another path."""
+    """Lay out the packages of this environment, with the theme, elsewhere; but msc."""
     venv.create(folder, symlinks=True)
     [packages] = folder.glob("lib/*/site-packages")
     for package in Path(sysconfig.get_path("purelib")).iterdir():
         if package.name == "sphinx_book_theme":
             shutil.copytree(package, packages / package.name)
-        else:
+        elif not package.name.startswith(("msc", "__editable__")):
             (packages / package.name).symlink_to(package)
+    (packages / "press").symlink_to(ROOT / "press")
     return folder / "bin" / "python"
 
 
@@ -515,15 +537,35 @@ def test_book_is_the_same_when_built_from_nothing_and_elsewhere(
     for root in (warm, cold):  # the first has kept what it read of all other pages
         with (root / "book" / "index.md").open("a", encoding="utf-8") as index:
             index.write("\nMore prose.\n")
-    pages = [build_book(root=warm).parent]
+    pages = [build_about_msc(warm).parent]
     theirs = tmp_path_factory.mktemp("theirs")
     for name, value in set_by_readers(theirs).items():
         monkeypatch.setenv(name, value)
     monkeypatch.setattr(sys, "executable", str(another_python(theirs / "python")))
-    pages.append(build_book(root=cold).parent)
+    pages.append(build_about_msc(cold).parent)
     assert "More prose." in (pages[0] / "index.html").read_text("utf-8")
     assert set(differences(*pages)) <= MAY_DIFFER
     assert (pages[1] / "downloads" / "one-1.svg").is_file()
+
+
+def test_where_there_is_no_msc_the_press_builds_a_book_twice_to_the_same_bytes(
+    tmp_path,
+):
+    root = make_book(tmp_path / "repository")
+    python = another_python(tmp_path / "python")
+
+    def call(*arguments):
+        clean = environment(root / "_build" / "cache")
+        told = {"capture_output": True, "text": True}
+        command = [python, *arguments]
+        return subprocess.run(command, cwd=root, env=clean, check=False, **told)
+
+    assert "No module named 'msc'" in call("-c", "import msc").stderr
+    told = call("-m", "press", "twice", "--profile", "full")
+    assert told.stdout.endswith("built again elsewhere, the book has the same bytes\n")
+    page = (root / "_build" / "html" / "one.html").read_text("utf-8")
+    assert "full 6" in page
+    assert "python -m press run book/one.ipynb --out one.ipynb" in page
 
 
 def test_differences_are_found(tmp_path):
@@ -586,7 +628,7 @@ def test_a_book_is_built_by_one_at_a_time(built):
     root = built.parents[2]
     before = contents(root)
     shutil.copy(ROOT / "pyproject.toml", root)
-    for act in (lambda: build_book(root=root), lambda: release_book(root)):
+    for act in (lambda: build_about_msc(root), lambda: release_book(root)):
         with (
             locked(root / "_build"),
             pytest.raises(ValueError, match="_build is in use by another build; wait"),
@@ -685,6 +727,6 @@ def test_warning_stops_the_build_and_keeps_the_earlier_book(built):
     page.write_text(text + "See {doc}`nowhere`.\n", "utf-8")
     for _ in range(2):  # the page is not forgotten
         with pytest.raises(BookError, match=r"book/index\.md.*WARNING.*nowhere"):
-            build_book(root=root)
+            build_about_msc(root)
     page.write_text(text, "utf-8")
     assert contents(built.parent) == before

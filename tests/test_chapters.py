@@ -7,8 +7,14 @@ from pathlib import Path
 import pytest
 
 from press._chapters import run_chapters
-from press._checks import unmet
-from press._notebook import code_cells, complaints, parameters, read_notebook, source
+from press._notebook import (
+    code_cells,
+    complaints,
+    parameters,
+    read_notebook,
+    source,
+    unmet,
+)
 
 ROOT = Path(__file__).parents[1]
 CHAPTERS = sorted((ROOT / "book").glob("*.ipynb"))

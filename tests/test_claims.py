@@ -8,13 +8,11 @@ import pytest
 import yaml
 from imagined import imagine
 
-from msc.claims import judge_all, load_claims, summarise, write_claims
-from msc.claims._judge import read_results
+from msc.claims import claim_fragments, judge_all, load_claims, summarise
+from msc.claims._judge import SYMBOLS, judge
 from msc.claims._page import sections_markdown, table_markdown
-from msc.claims._verdicts import SYMBOLS, judge
 from msc.cli import main
-from press import checksum
-from press._book import pages
+from press import checksum, pages
 
 ROOT = Path(__file__).parents[1]
 COMMITTED = ROOT / "data" / "results" / "claims.json"
@@ -391,15 +389,14 @@ def test_a_missing_result_file_names_the_claim_and_the_command(repository, capsy
 def test_results_of_other_tables_are_refused(repository):
     table = repository / "data" / "free.csv"
     table.write_text("a\n1\n", "utf-8")
-    claims = load_claims(repository / "book" / "claims.yml")
     provenance = {"provenance": {"data": {"free.csv": checksum(table)}}}
     (repository / STUDY).write_text(
         json.dumps(study(mse={24: LOW}) | provenance), "utf-8"
     )
-    assert STUDY in read_results(claims, repository)
+    assert [one.verdict for one in judge_all(repository)] == ["reproduced"]
     table.write_text("a\n2\n", "utf-8")
     with pytest.raises(ValueError, match=r"study_free\.json rests on another free"):
-        read_results(claims, repository)
+        judge_all(repository)
 
 
 def test_the_command_prints_and_writes_verdicts(repository, capsys):
@@ -451,13 +448,14 @@ def test_tables_link_each_claim_and_verdict(verdict_on):
 
 
 def test_a_book_without_verdicts_yet_says_so(repository):
-    write_claims(repository, repository, set())
-    assert "No verdicts yet" in (repository / "claims_table.md").read_text("utf-8")
+    for told in claim_fragments(repository, set()).values():
+        assert "No verdicts yet" in told
     (repository / "data/results/claims.json").write_text("{}", "utf-8")
-    write_claims(repository, repository, set())
-    assert "○ undecided" in (repository / "claims_readings.md").read_text("utf-8")
+    fragments = claim_fragments(repository, set())
+    assert sorted(fragments) == ["claims_readings.md", "claims_table.md"]
+    assert "○ undecided" in fragments["claims_readings.md"]
     (repository / "book" / "claims.yml").unlink()
-    write_claims(repository, repository / "nowhere", set())
+    assert claim_fragments(repository, set()) == {}
 
 
 CLAIMS = load_claims(ROOT / "book" / "claims.yml")

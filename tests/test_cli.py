@@ -13,27 +13,25 @@ import pytest
 from PIL import Image
 
 import msc.cli
-import msc.cli._search
 import msc.plots._film
-import msc.search._cmaes
 import msc.search._constants
 import msc.search._sweep
 from msc import load_dataset
 from msc.cli import main
-from msc.data import find_data, save_table
-from msc.data._tables import COLUMNS
+from msc.data import COLUMNS, find_data, save_table
 from msc.search._journal import Journal
 from press import check_output
 
-SEARCH = ["search", "--tasks", "2", "--jobs", "1"]
+SHORT = ["--set", "max_evaluations=9", "--set", "max_sweeps=1"]
+SEARCH = ["search", "--tasks", "2", "--jobs", "1", *SHORT]
+FOUR = ["search", "--tasks", "4", *SHORT]
 ZERO = ["--policy", *"000000"]
 
-# A module whose search, cut short, finds two tasks and then waits for Ctrl-C.
+# A module whose search finds two tasks and then waits for Ctrl-C.
 WAITING = """
 import time
-import msc.search._cmaes, msc.search._sweep
+import msc.search._sweep
 
-msc.search._cmaes.MAX_EVALUATIONS, msc.search._sweep.MAX_SWEEPS = 9, 1
 really = msc.search._sweep._search
 
 def search(plan, k, *arguments):
@@ -45,14 +43,12 @@ msc.search._sweep._search = search
 """
 WAIT = "import sys, waiting; from msc.cli import main; sys.exit(main())"
 
-# A search cut short that may make files of a few kilobytes, as on a disk almost full.
+# A search that may make files of a few kilobytes, as on a disk almost full.
 DISK = 6000
 FULL = f"""
 import resource, sys
-import msc.search._cmaes, msc.search._sweep
 from msc.cli import main
 
-msc.search._cmaes.MAX_EVALUATIONS, msc.search._sweep.MAX_SWEEPS = 9, 1
 resource.setrlimit(resource.RLIMIT_FSIZE, ({DISK}, {DISK}))
 sys.exit(main())
 """
@@ -64,21 +60,11 @@ def here(tmp_path, monkeypatch):
     return tmp_path
 
 
-@pytest.fixture
-def short(monkeypatch):
-    monkeypatch.setattr(msc.search._cmaes, "MAX_EVALUATIONS", 9)
-    monkeypatch.setattr(msc.search._sweep, "MAX_SWEEPS", 1)
-
-
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
     """What a search that nothing cuts short writes, by name."""
     folder = tmp_path_factory.mktemp("whole")
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(msc.search._cmaes, "MAX_EVALUATIONS", 9)
-        patch.setattr(msc.search._sweep, "MAX_SWEEPS", 1)
-        command = ["search", "--tasks", "4", "--jobs", "1", "--out"]
-        assert main([*command, str(folder / "free.csv")]) == 0
+    assert main([*FOUR, "--jobs", "1", "--out", str(folder / "free.csv")]) == 0
     return {file.name: file.read_bytes() for file in folder.iterdir()}
 
 
@@ -111,7 +97,7 @@ def files(folder="."):
 # msc search
 
 
-def test_a_search_writes_a_table_that_says_how_it_was_made(short, capfd):
+def test_a_search_writes_a_table_that_says_how_it_was_made(capfd):
     assert main([*SEARCH, "--seed", "5", "--out", "new/free.csv"]) == 0
     assert files() == ["new/datapackage.json", "new/free.csv"]
     table = load_dataset(Path("new/free.csv"))[2]
@@ -121,7 +107,8 @@ def test_a_search_writes_a_table_that_says_how_it_was_made(short, capfd):
         "resources"
     ]
     assert resource["command"] == (
-        "msc search --workspace free --tasks 2 --offset 0 --seed 5 --out data/free.csv"
+        "msc search --workspace free --tasks 2 --offset 0 --seed 5 "
+        "--set max_evaluations=9 --set max_sweeps=1 --out data/free.csv"
     )
     out, err = capfd.readouterr()
     assert out.startswith("new/free.csv: 2 tasks, at most ")
@@ -129,7 +116,7 @@ def test_a_search_writes_a_table_that_says_how_it_was_made(short, capfd):
     assert "task/s" in err
 
 
-def test_the_command_in_the_package_makes_the_same_table(short):
+def test_the_command_in_the_package_makes_the_same_table():
     assert main([*SEARCH, "--out", "data/free.csv"]) == 0
     more = ["--offset", "7.5", "--guide", "data/free.csv", "--out", "data/test.csv"]
     assert main([*SEARCH, *more]) == 0
@@ -140,8 +127,8 @@ def test_the_command_in_the_package_makes_the_same_table(short):
 
 
 @pytest.mark.parametrize("jobs", ["1", "2"])
-def test_a_search_ended_by_ctrl_c_goes_on_to_the_same_bytes(jobs, short, whole, here):
-    arguments = ["search", "--tasks", "4", "--jobs", "1", "--out"]
+def test_a_search_ended_by_ctrl_c_goes_on_to_the_same_bytes(jobs, whole, here):
+    arguments = [*FOUR, "--jobs", "1", "--out"]
     Path("waiting.py").write_text(WAITING, "utf-8")
     process = run_program(WAIT, *arguments, "half/free.csv", "--jobs", jobs)
     journal = here / "half" / ".free.csv.partial"
@@ -161,8 +148,8 @@ def test_a_search_ended_by_ctrl_c_goes_on_to_the_same_bytes(jobs, short, whole, 
     assert contents("half") == whole
 
 
-def test_a_search_on_a_full_disk_leaves_the_old_table_and_goes_on(short, whole, here):
-    arguments = ["search", "--tasks", "4", "--jobs", "1", "--out"]
+def test_a_search_on_a_full_disk_leaves_the_old_table_and_goes_on(whole, here):
+    arguments = [*FOUR, "--jobs", "1", "--out"]
     Path("half").mkdir()
     old = save_old_table(Path("half/free.csv"))
     out, err = run_program(FULL, *arguments, "half/free.csv").communicate(timeout=120)
@@ -176,7 +163,7 @@ def test_a_search_on_a_full_disk_leaves_the_old_table_and_goes_on(short, whole, 
     assert Path("half/free.csv").read_bytes() == whole["free.csv"]
 
 
-def test_a_search_that_another_does_is_refused(short, monkeypatch, capsys):
+def test_a_search_that_another_does_is_refused(monkeypatch, capsys):
     old = save_old_table(Path("free.csv"))
     monkeypatch.setattr(msc.search._sweep, "search_policy", None)
     with Journal(Path(".free.csv.partial"), "another plan"):
@@ -196,12 +183,12 @@ def test_a_journal_that_cannot_be_written_is_named(here, capsys):
     assert not files()
 
 
-def test_what_was_found_survives_a_full_disk(short, monkeypatch, capsys):
+def test_what_was_found_survives_a_full_disk(monkeypatch, capsys):
     def fail(*_, **__):
         raise OSError(28, "No space left on device", "free.csv")
 
     with monkeypatch.context() as patch:
-        patch.setattr(msc.cli._search, "save_table", fail)
+        patch.setattr(msc.cli, "save_table", fail)
         assert main([*SEARCH, "--out", "free.csv"]) == 2
     assert "No space left on device: free.csv" in capsys.readouterr().err
     assert files() == [".free.csv.partial"]
@@ -225,8 +212,8 @@ def test_a_broken_data_package_is_named_before_the_search(content, monkeypatch, 
     assert Path("new/datapackage.json").read_bytes() == content
 
 
-def test_two_searches_at_once_to_one_file_end_as_one(short, whole, here):
-    arguments = ["search", "--tasks", "4", "--jobs", "1", "--out"]
+def test_two_searches_at_once_to_one_file_end_as_one(whole, here):
+    arguments = [*FOUR, "--jobs", "1", "--out"]
     Path("waiting.py").write_text(
         WAITING.replace("time.sleep(300)", "time.sleep(1)"), "utf-8"
     )
@@ -250,8 +237,8 @@ KILLED = "msc: error: a worker was killed, as the system does when memory runs o
 ANEW, ON = "the same command begins anew\n", "the same command goes on from here\n"
 
 
-def test_a_search_whose_worker_is_killed_goes_on_to_the_same_bytes(short, whole, here):
-    arguments = ["search", "--tasks", "4", "--out"]
+def test_a_search_whose_worker_is_killed_goes_on_to_the_same_bytes(whole, here):
+    arguments = [*FOUR, "--out"]
     death = "time.sleep(1); import os; os.kill(os.getpid(), 9)"
     Path("waiting.py").write_text(WAITING.replace("time.sleep(300)", death), "utf-8")
     process = run_program(WAIT, *arguments, "half/free.csv", "--jobs", "2")
@@ -269,7 +256,7 @@ def test_a_search_whose_worker_is_killed_goes_on_to_the_same_bytes(short, whole,
 @pytest.mark.parametrize(
     ("work", "command"),
     [
-        ("msc.study._try", ["evaluate", "--out-dir", "new"]),
+        ("msc.study._study._fit_and_test", ["evaluate", "--out-dir", "new"]),
         (
             "msc.search._audit.search_policy",
             ["audit", str(find_data() / "free_test.csv")],

@@ -15,18 +15,17 @@ from pathlib import Path
 
 import pytest
 
-import msc.search._cmaes
+import msc._parallel
 import msc.search._sweep
-import msc.search._workers
 from msc.cli import main
 from msc.search._journal import Journal
 
 SEARCH = ["search", "--workspace", "obstacles", "--tasks", "4", "--jobs", "1"]
+SEARCH += ["--set", "max_evaluations=45", "--set", "max_sweeps=2"]
 N_WORKERS = 3
 README = Path(__file__).parents[1] / "README.md"
 
-# What a worker loads before it starts: short searches, or no msc at all.
-SHORT = "import msc.search._cmaes\nmsc.cmaes.MAX_EVALUATIONS = 45\n"
+# What a worker loads before it starts, so that it has no msc at all.
 WITHOUT = """
 import sys
 
@@ -39,14 +38,6 @@ sys.meta_path.insert(0, Missing())
 """
 
 
-@pytest.fixture(scope="module", autouse=True)
-def short():
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(msc.search._cmaes, "MAX_EVALUATIONS", 45)
-        patch.setattr(msc.search._sweep, "MAX_SWEEPS", 2)
-        yield
-
-
 @pytest.fixture(autouse=True)
 def here(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
@@ -56,7 +47,7 @@ def here(tmp_path, monkeypatch):
 @contextmanager
 def process(folder, program, *arguments):
     """Run a program of Dask's in the background, its messages in a file."""
-    package = str(Path(msc.search._cmaes.__file__).parents[1])
+    package = str(Path(msc.search._sweep.__file__).parents[2])
     environment = {"PYTHONPATH": package, "OMP_NUM_THREADS": "1"}
     with (folder / f"{program}.log").open("a", encoding="utf-8") as log:
         running = subprocess.Popen(
@@ -89,7 +80,7 @@ def scheduler(folder):
         yield json.loads(file.read_text("utf-8"))["address"]
 
 
-def worker(folder, address, preload):
+def worker(folder, address, preload=""):
     """Start a worker of one thread."""
     file = folder / "preload.py"
     file.write_text(preload, "utf-8")
@@ -110,7 +101,7 @@ def wait_for_workers(address, n_workers):
 def cluster(tmp_path_factory):
     folder = tmp_path_factory.mktemp("cluster")
     with scheduler(folder) as address:
-        workers = [worker(folder, address, SHORT) for _ in range(N_WORKERS)]
+        workers = [worker(folder, address) for _ in range(N_WORKERS)]
         with workers[0] as first, workers[1], workers[2]:
             wait_for_workers(address, N_WORKERS)
             yield address, first
@@ -132,9 +123,7 @@ def contents(folder):
 
 def test_a_cluster_finds_what_one_process_finds(cluster, whole, here, monkeypatch):
     address, _ = cluster
-    monkeypatch.setattr(
-        msc.search._cmaes, "MAX_EVALUATIONS", 0
-    )  # nothing is searched here
+    monkeypatch.setattr(msc.search._sweep, "search_policy", None)  # not here
     assert main([*SEARCH, "--dask", address, "--out", "new/table.csv"]) == 0
     assert contents(here / "new") == whole
 
@@ -277,8 +266,8 @@ def complaint(capfd):
 
 def test_where_no_scheduler_listens_the_address_is_named_soon(complaint, monkeypatch):
     pytest.importorskip("distributed")
-    assert msc.search._workers.PATIENCE <= 10
-    monkeypatch.setattr(msc.search._workers, "PATIENCE", 1)
+    assert msc._parallel.ANSWER_SECONDS <= 10
+    monkeypatch.setattr(msc._parallel, "ANSWER_SECONDS", 1)
     with socket.socket() as free:
         free.bind(("127.0.0.1", 0))  # and does not listen
         address = f"tcp://127.0.0.1:{free.getsockname()[1]}"

@@ -71,13 +71,14 @@ def test_nothing_tells_where_it_was_made():
 
 @every_table
 def test_the_tasks_are_those_asked_for(name):
-    tasks, policies, table = load_dataset(name)
+    tasks, policies, _ = found = load_dataset(name)
     n_tasks, offset = int(option(name, "tasks")), float(option(name, "offset"))
-    assert len(table) == n_tasks
+    assert len(found.table) == n_tasks
     assert policies.shape == (n_tasks, 6)
     wanted = offset + 360 * np.arange(n_tasks) / n_tasks
-    np.testing.assert_allclose(table["task_deg"], wanted, rtol=1e-12)
-    np.testing.assert_allclose(np.rad2deg(tasks[:, 0]), wanted, rtol=1e-12)
+    np.testing.assert_allclose(found.task_deg, wanted, rtol=1e-12)
+    np.testing.assert_array_equal(tasks[:, 0], np.deg2rad(found.task_deg))
+    np.testing.assert_array_equal(found.task_deg, found.table["task_deg"])
 
 
 @every_world

@@ -10,15 +10,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 from markdown_it import MarkdownIt
 from matplotlib.figure import Figure
-from test_book import CLAIM, add_claims, make_book
+from test_book import CLAIM, add_claims, build_about_msc, make_book
 
 from msc.claims import load_claims
 from msc.plots._slider import Panel, Slider
 from press import label, paragraph, plain
-from press._book import build_book
 from press._markdown import code, fenced
 from press._notebook import read_notebook, write_notebook
-from press._print import one_page
+from press._release import one_page
 
 EVIL = "<script>alert(1)</script><img src=x onerror=alert(1)>"
 ODD = (
@@ -100,7 +99,7 @@ def make_odd(root):
 
 
 def test_in_a_whole_book_words_are_never_markup(tmp_path):
-    pages = build_book(root=make_odd(tmp_path)).parent
+    pages = build_about_msc(make_odd(tmp_path)).parent
     toc = yaml.safe_load((tmp_path / "_toc.yml").read_text("utf-8"))
     shutil.copytree(pages, tmp_path / "seen")
     (tmp_path / "seen" / "paper.html").write_text(

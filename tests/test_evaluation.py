@@ -1,10 +1,10 @@
 import numpy as np
 import pandas as pd
 import pytest
+from imagined import imagine_table
 
 from msc import Arm
 from msc.data import WEIGHTS, save_table
-from msc.data._tables import COLUMNS
 from msc.search import cost
 from msc.study import TEST_SUBSETS, Experiment
 
@@ -15,13 +15,7 @@ METHODS += ["linear interpolation", "mean policy", "zero policy"]
 
 def made_up(tasks_deg):
     """Make a table of policies that jump twice, between grid tasks 7, 8 and 15, 16."""
-    angles = np.deg2rad(tasks_deg)
-    curve = np.c_[np.sin(angles), np.cos(angles), np.sin(2 * angles)]
-    lifts = 6.0 * np.searchsorted([112.5, 232.5], tasks_deg)
-    table = pd.DataFrame(0.0, index=range(len(angles)), columns=list(COLUMNS))
-    table[list(WEIGHTS)] = np.c_[curve, 2 * curve] + lifts[:, None]
-    table["task_deg"], table["winner"] = tasks_deg, "start 0"
-    return table.assign(cost=0.1 + tasks_deg / 1000)
+    return imagine_table(tasks_deg, [112.5, 232.5])
 
 
 @pytest.fixture(scope="module")

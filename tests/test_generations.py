@@ -3,28 +3,21 @@
 import numpy as np
 import pytest
 
-import msc.search._cmaes
 from msc import Arm, Workspace, search_policy
 from msc.plots import plot_generations, slide_generations
 from msc.plots._search import N_STEPS
 from msc.plots._world import square_around
 from msc.robot import forward_kinematics
-from msc.search import cost, record_search
+from msc.search import SearchOptions, cost, record_search
 
 world = Workspace.obstacles()
 TASK = 120
-
-
-@pytest.fixture(scope="module", autouse=True)
-def few_evaluations():
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(msc.search._cmaes, "MAX_EVALUATIONS", 170)  # 19 times nine
-        yield
+brief = SearchOptions(max_evaluations=170)  # 19 times nine
 
 
 @pytest.fixture(scope="module")
 def recordings():
-    return record_search(world, TASK, seed=3, n_starts=2)
+    return record_search(world, TASK, seed=3, n_starts=2, options=brief)
 
 
 def bits(start):
@@ -33,7 +26,7 @@ def bits(start):
 
 
 def test_the_recorded_search_is_the_search(recordings):
-    found = search_policy(world, TASK, seed=3, n_starts=2)
+    found = search_policy(world, TASK, seed=3, n_starts=2, options=brief)
     assert [bits(run.run) for run in recordings] == [bits(s) for s in found.runs]
 
 

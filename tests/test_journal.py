@@ -12,7 +12,7 @@ import pytest
 
 import msc.search._journal
 from msc import SearchResult, Workspace
-from msc.search import SweepPlan, grid
+from msc.search import SearchOptions, SweepPlan, grid
 from msc.search._cmaes import CmaRun
 from msc.search._journal import Journal
 
@@ -38,16 +38,17 @@ def path(tmp_path):
 
 def result(seed=0):
     rng = np.random.default_rng(seed)
-    starts = tuple(
+    runs = tuple(
         CmaRun(f"start {k}", rng.normal(size=6), float(rng.normal()), 9 * k, k - 1)
         for k in range(2)
     )
-    return SearchResult(7.5, starts[0].policy, *rng.normal(size=4).tolist(), starts)
+    numbers = rng.normal(size=4).tolist()
+    return SearchResult(7.5, runs[0].policy, *numbers, runs, same=0.02)
 
 
 def bits(result):
-    *numbers, starts = astuple(result)
-    return [np.asarray(value).tobytes() for value in numbers], repr(starts)
+    *numbers, runs, same = astuple(result)
+    return [np.asarray(value).tobytes() for value in numbers], repr(runs), same
 
 
 def write(path, n_results=2, plan=plan):
@@ -196,6 +197,7 @@ def test_a_torn_first_line_is_begun_anew(end, path):
         replace(plan, tasks_deg=grid(5)),
         replace(plan, workspace=Workspace(cut_deg=70.0)),
         replace(plan, guide=((0.0, (0.0,) * 6),)),
+        replace(plan, options=SearchOptions(max_sweeps=23)),
     ],
 )
 def test_another_plan_is_begun_anew(other, path):

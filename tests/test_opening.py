@@ -2,7 +2,7 @@
 
 import pytest
 
-from press._opening import write_opening
+from press._pages import write_opening
 
 SLIDER = {"data": {"text/html": ["<div>\n", "</div>"], "image/png": "…"}}
 WORDS = {"output_type": "stream", "text": "words"}

@@ -18,13 +18,17 @@ from settings import CHAPTERS, DECLARED, ONCE_DIED, draw_settings
 from msc.cli import main
 from press import BookError, check_parameters, expect
 from press import _book as book
-from press._chapters import Chapter, run_chapters, run_tool
-from press._checks import WORDS, unmet
-from press._environment import environment
-from press._notebook import code_cells, read_notebook, source, tags, write_notebook
-from press._parameters import Parameter, check, declared, resolve
-from press._record import Record
-from press._reference import parameters_markdown
+from press._chapters import Chapter, Record, environment, run_chapters, run_tool
+from press._notebook import (
+    code_cells,
+    read_notebook,
+    source,
+    tags,
+    unmet,
+    write_notebook,
+)
+from press._pages import parameters_markdown
+from press._parameters import WORDS, Parameter, check, declared, resolve
 
 ROOT = Path(__file__).parents[1]
 CACHE = ROOT / "_build" / "cache"

@@ -10,16 +10,17 @@ from pathlib import Path
 import pytest
 
 import msc
-from msc.cli import main
+from msc.cli import main, make_subject
+from press import Subject
 from press._notebook import Parameter, parameters, read_notebook
-from press._reference import (
+from press._pages import (
     commands_markdown,
-    mend_backlinks,
     named_tests,
     parameters_markdown,
     sources_markdown,
     write_reference,
 )
+from press._sphinx import mend_backlinks
 
 ROOT = Path(__file__).parents[1]
 BOOK = ROOT / "book"
@@ -74,7 +75,7 @@ def test_a_named_function_exists_and_is_on_the_package_s_page(name):
 
 
 def test_named_tests_are_shown_as_they_stand():
-    page = sources_markdown(named_tests(EQUATIONS), ROOT)
+    page = sources_markdown(named_tests(EQUATIONS), ROOT, "msc")
     shown = re.findall(r"^\((test_\w+)\.(test_\w+)\)=\n### [^_]+\n", page, re.M)
     assert sorted(shown) == sorted(named_tests(EQUATIONS))
     for file in {file for file, _ in shown}:
@@ -86,7 +87,7 @@ def test_named_tests_are_shown_as_they_stand():
 
 
 def test_decorators_belong_to_a_test():
-    page = sources_markdown([("test_dmp", "test_reference_cases")], ROOT)
+    page = sources_markdown([("test_dmp", "test_reference_cases")], ROOT, "msc")
     assert '```python\n@pytest.mark.parametrize("case", CASES)\n' in page
 
 
@@ -95,7 +96,7 @@ def test_decorators_belong_to_a_test():
 )
 def test_a_test_that_does_not_exist_is_named(file, name):
     with pytest.raises(ValueError, match=rf"names {file}\.{name}, but tests/{file}.py"):
-        sources_markdown([(file, name)], ROOT)
+        sources_markdown([(file, name)], ROOT, "msc")
 
 
 # The package
@@ -202,7 +203,7 @@ def test_every_command_has_a_section(told):
 
 def test_pages_find_what_they_include(tmp_path):
     (tmp_path / "book").mkdir()
-    write_reference(ROOT, tmp_path, CHAPTERS[:2])
+    write_reference(ROOT, tmp_path, CHAPTERS[:2], make_subject(ROOT))
     for page in ("parameters", "commands", "tests", "changelog"):
         text = (BOOK / f"{page}.md").read_text(encoding="utf-8")
         [included] = re.findall(r"\{include\} (\S+)", text)
@@ -215,7 +216,7 @@ def test_pages_find_what_they_include(tmp_path):
 
 def test_a_book_without_reference_pages_gets_none(tmp_path):
     (tmp_path / "stage" / "book").mkdir(parents=True)
-    write_reference(tmp_path, tmp_path / "stage", [])
+    write_reference(tmp_path, tmp_path / "stage", [], Subject())
     assert list((tmp_path / "stage").rglob("*.*")) == []
 
 

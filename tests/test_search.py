@@ -1,26 +1,24 @@
 import math
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import msc.search._cmaes
 import msc.search._policy
 from msc import DMP, Arm, Rollout, SearchResult, Workspace, search_policy
 from msc.robot import forward_kinematics
-from msc.search import cost, initial_covariance
+from msc.search import SearchOptions, cost, initial_covariance
 from msc.search._cmaes import CmaRun, minimize
 from msc.search._policy import random_start
 
 free = Workspace.free()
 rough = np.array([3.0, -2.0, 1.0, 0.5, 2.0, -1.0])
-
-
-@pytest.fixture(autouse=True)
-def few_evaluations(monkeypatch):
-    monkeypatch.setattr(msc.search._cmaes, "MAX_EVALUATIONS", 44)  # five times nine
+brief = SearchOptions(max_evaluations=44)  # five times nine
+once = SearchOptions(max_evaluations=8)
+search = partial(search_policy, options=brief)
 
 
 def bits(result):
@@ -44,7 +42,7 @@ def test_the_cost_weighs_squared_distance_and_energy():
 @pytest.mark.parametrize("name", ["free", "obstacles"])
 def test_a_result_costs_what_its_policy_does(name):
     world = Workspace.named(name)
-    found = search_policy(world, 200, seed=0, n_starts=2, start_policies=[rough])
+    found = search(world, 200, seed=0, n_starts=2, start_policies=[rough])
     with Arm(world) as arm:
         rollout = arm.execute(found.policy, 200)
     assert found.cost == cost(rollout) == min(one.cost for one in found.runs)
@@ -56,45 +54,45 @@ def test_a_result_costs_what_its_policy_does(name):
 
 
 def test_a_search_is_a_function_of_task_and_seed():
-    first = search_policy(free, 200, seed=3, n_starts=2)
-    assert bits(search_policy(free, 200, seed=4, n_starts=2)) != bits(first)
-    assert bits(search_policy(free, 201, seed=3, n_starts=2)) != bits(first)
-    assert bits(search_policy(free, 200, seed=3, n_starts=2)) == bits(first)
-    assert bits(search_policy(free, 560, seed=3, n_starts=2)) == bits(first)
+    first = search(free, 200, seed=3, n_starts=2)
+    assert bits(search(free, 200, seed=4, n_starts=2)) != bits(first)
+    assert bits(search(free, 201, seed=3, n_starts=2)) != bits(first)
+    assert bits(search(free, 200, seed=3, n_starts=2)) == bits(first)
+    assert bits(search(free, 560, seed=3, n_starts=2)) == bits(first)
 
 
 def test_the_global_generator_is_neither_used_nor_moved():
     np.random.random(5)  # noqa: NPY002
     before = np.random.get_state()  # noqa: NPY002
-    first = search_policy(free, 200, seed=3, n_starts=1)
+    first = search(free, 200, seed=3, n_starts=1)
     after = np.random.get_state()  # noqa: NPY002
     assert (before[1] == after[1]).all()
     assert before[2:] == after[2:]
     np.random.random(7)  # noqa: NPY002
-    assert bits(search_policy(free, 200, seed=3, n_starts=1)) == bits(first)
+    assert bits(search(free, 200, seed=3, n_starts=1)) == bits(first)
 
 
 def test_more_starts_go_on_from_fewer():
-    one = search_policy(free, 90, seed=0, n_starts=1)
-    two = search_policy(free, 90, seed=0, n_starts=2)
+    one = search(free, 90, seed=0, n_starts=1)
+    two = search(free, 90, seed=0, n_starts=2)
     assert bits(two)[0][:1] == bits(one)[0]
     assert two.cost <= one.cost
-    again = search_policy(free, 90, seed=0, n_starts=1, incumbent=one)
+    again = search(free, 90, seed=0, n_starts=1, incumbent=one)
     assert bits(again) == bits(two)
 
 
 def test_every_run_draws_numbers_of_its_own(monkeypatch):
     drawn = []
 
-    def draw(costs, mean, step, rng, shape, *, name, known):
+    def draw(costs, x0, sigma0, rng, sqrt_cov, *, name, known, options):
         drawn.append(rng.standard_normal())
-        return CmaRun(name, mean, 1.0, 9)
+        return CmaRun(name, x0, 1.0, 9)
 
     monkeypatch.setattr(msc.search._policy, "minimize", draw)
     for seed in (0, 1):
         for task in (0, 0.125, 90, 359.875):
-            options = {"n_starts": 3, "start_policies": [rough, rough]}
-            search_policy(free, task, seed=seed, **options)
+            starts = {"n_starts": 3, "start_policies": [rough, rough]}
+            search_policy(free, task, seed=seed, **starts)
     assert len(set(drawn)) == len(drawn) == 2 * 4 * 5
 
 
@@ -103,34 +101,33 @@ def test_every_run_draws_numbers_of_its_own(monkeypatch):
 
 def test_the_first_start_is_the_zero_policy_and_the_others_are_anywhere():
     dmp, rng = DMP(), np.random.default_rng(0)
-    assert not random_start(0, dmp, rng).any()
-    drawn = np.array([random_start(number, dmp, rng) for number in range(1, 200)])
+    assert not random_start(0, 8.0, dmp, rng).any()
+    drawn = np.array([random_start(number, 8.0, dmp, rng) for number in range(1, 200)])
     assert drawn.mean() == pytest.approx(0, abs=1)
-    assert drawn.std() == pytest.approx(dmp.spring / 2, rel=0.1)
+    assert drawn.std() == pytest.approx(8.0, rel=0.1)
 
 
 def test_every_start_is_kept():
-    found = search_policy(free, 90, seed=0, n_starts=3)
+    found = search(free, 90, seed=0, n_starts=3)
     assert [one.name for one in found.runs] == ["start 0", "start 1", "start 2"]
     assert found.evaluations == sum(one.evaluations for one in found.runs)
     assert len({one.policy.tobytes() for one in found.runs}) == 3
 
 
-def test_given_policies_come_first_and_are_searched_around(monkeypatch):
-    monkeypatch.setattr(msc.search._cmaes, "MAX_EVALUATIONS", 8)
+def test_given_policies_come_first_and_are_searched_around():
     given = [rough, -rough]
-    found = search_policy(free, 90, seed=0, n_starts=2, start_policies=given)
+    found = search(free, 90, seed=0, n_starts=2, start_policies=given, options=once)
     names = ["given 0", "given 1", "start 0", "start 1"]
     assert [one.name for one in found.runs] == names
     for start, policy in zip(found.runs, given, strict=False):
         assert 0 < np.linalg.norm(start.policy - policy) < 5
-    only = search_policy(free, 90, seed=0, n_starts=0, start_policies=[rough])
+    only = search(free, 90, seed=0, n_starts=0, start_policies=[rough], options=once)
     assert only.winner == "given 0"
 
 
 def test_independent_starts_are_numbered_on_from_those_before():
-    found = search_policy(free, 90, seed=0, n_starts=2, start_policies=[rough])
-    again = search_policy(
+    found = search(free, 90, seed=0, n_starts=2, start_policies=[rough])
+    again = search(
         free, 90, seed=0, n_starts=1, start_policies=[-rough], incumbent=found
     )
     assert [one.name for one in again.runs[3:]] == ["given 0", "start 2"]
@@ -138,9 +135,9 @@ def test_independent_starts_are_numbered_on_from_those_before():
 
 
 def test_what_is_found_never_gets_worse():
-    found = search_policy(free, 30, seed=0, n_starts=1)
+    found = search(free, 30, seed=0, n_starts=1)
     for seed, start in enumerate([np.full(6, 40.0), found.policy, -rough]):
-        better = search_policy(
+        better = search(
             free, 30, seed=seed, n_starts=0, start_policies=[start], incumbent=found
         )
         assert better.cost <= found.cost
@@ -152,12 +149,12 @@ def test_what_is_found_never_gets_worse():
 def test_an_incumbent_of_another_task_is_refused():
     found = result((1, 1.0))
     with pytest.raises(ValueError, match=r"incumbent is of task 30°; wanted one of 10"):
-        search_policy(free, 10, seed=0, incumbent=found)
+        search(free, 10, seed=0, incumbent=found)
 
 
 def test_a_hopeless_start_leaves_the_incumbent():
-    found = search_policy(free, 30, seed=0, n_starts=1)
-    again = search_policy(
+    found = search(free, 30, seed=0, n_starts=1)
+    again = search(
         free, 30, seed=0, n_starts=0, start_policies=[np.full(6, 90.0)], incumbent=found
     )
     assert again.winner == "start 0"
@@ -175,13 +172,13 @@ def flat(policies):
 narrow = 0.003 * np.eye(6)
 
 
-def run(mean, known, *, shape=narrow, seed=0):
+def run(x0, known, *, sqrt_cov=narrow, seed=0, options=brief):
     """Run CMA-ES from a policy."""
     rng = np.random.default_rng(seed)
-    return minimize(flat, np.asarray(mean), 1.0, rng, shape, known=known)
+    return minimize(flat, x0, 1.0, rng, sqrt_cov, known=known, options=options)
 
 
-def test_a_run_joins_the_policy_that_it_comes_upon():
+def test_a_run_merges_into_the_one_whose_policy_it_comes_upon():
     known = CmaRun("a", -rough, 0.0, 9), CmaRun("b", rough, 0.0, 9)
     assert run(rough, known).merged_into == 1
     assert run(rough, known).evaluations == 9
@@ -191,7 +188,7 @@ def test_a_run_joins_the_policy_that_it_comes_upon():
     assert run(rough, ()).merged_into == -1
 
 
-def test_a_run_that_joins_a_joined_run_joins_the_first():
+def test_a_run_that_comes_upon_a_merged_one_merges_into_the_first():
     known = [CmaRun("a", rough, 0.0, 9)]
     for factor in (1.04, 1.08, 1.12):
         known.append(run(factor * rough, known))
@@ -200,14 +197,9 @@ def test_a_run_that_joins_a_joined_run_joins_the_first():
 
 
 @pytest.mark.parametrize(("share", "merged_into"), [(0.048, 0), (0.052, -1)])
-def test_near_is_a_twentieth_of_the_known_policy_s_norm(
-    share, merged_into, monkeypatch
-):
-    monkeypatch.setattr(msc.search._cmaes, "MAX_EVALUATIONS", 8)
-    assert (
-        run((1 + share) * rough, [CmaRun("a", rough, 0.0, 9)]).merged_into
-        == merged_into
-    )
+def test_near_is_a_twentieth_of_the_known_policy_s_norm(share, merged_into):
+    found = run((1 + share) * rough, [CmaRun("a", rough, 0.0, 9)], options=once)
+    assert found.merged_into == merged_into
 
 
 def test_a_near_but_cheaper_run_is_not_stopped():
@@ -216,31 +208,27 @@ def test_a_near_but_cheaper_run_is_not_stopped():
 
 
 @pytest.mark.parametrize(("share", "merged_into"), [(0.045, 0), (0.065, -1)])
-def test_a_run_that_looks_farther_in_one_direction_is_not_near(
-    share, merged_into, monkeypatch
-):
-    monkeypatch.setattr(msc.search._cmaes, "MAX_EVALUATIONS", 8)
+def test_a_run_that_looks_farther_in_one_direction_is_not_near(share, merged_into):
     widths = share * np.linalg.norm(rough) * np.array([1, 0, 0, 0, 0, 0])
-    shape = np.diag(widths) + 1e-3 * np.eye(6)
-    known = [CmaRun("a", rough, 0.0, 9)]
-    found = run(rough, known, shape=shape, seed=4)  # whose middle moves little
+    wide = np.diag(widths) + 1e-3 * np.eye(6)
+    known = [CmaRun("a", rough, 0.0, 9)]  # seed 4: its mean moves little
+    found = run(rough, known, sqrt_cov=wide, seed=4, options=once)
     assert found.merged_into == merged_into
 
 
 @pytest.mark.parametrize(("paid", "evaluations"), [(0.49, 27), (0.51, 45)])
-def test_a_run_twice_as_dear_as_a_known_one_is_given_up(paid, evaluations, monkeypatch):
-    monkeypatch.setattr(msc.search._cmaes, "PATIENCE", 20)
+def test_a_run_twice_as_dear_as_a_known_one_is_given_up(paid, evaluations):
     known = CmaRun("a", 9 * rough, paid, 9), CmaRun("b", -9 * rough, 5.0, 9)
-    found = run(rough, known)
+    found = run(rough, known, options=replace(brief, patience=20))
     assert found.cost == pytest.approx(1, abs=0.01)
     assert (found.merged_into, found.evaluations) == (-1, evaluations)
 
 
-def test_a_search_lets_runs_join_those_before():
+def test_a_search_lets_runs_merge_into_those_before():
     far = 10 * rough
     starts = CmaRun("start 0", far, 0.0, 9), CmaRun("given 0", 2 * far, 1.0, 9, 0)
     known = SearchResult(30, far, 0.0, 0.0, 0.0, 0.0, starts)
-    again = search_policy(
+    again = search(
         free,
         30,
         seed=0,
@@ -266,7 +254,7 @@ def result(*ends):
     return SearchResult(30, best.policy, best.cost, 0.0, 0.0, 0.0, starts)
 
 
-def test_agreement_is_joining_or_ending_within_a_percent():
+def test_agreement_is_merging_or_ending_within_a_percent():
     found = result((1.0, 1.0), (1.005, 2.0), (1.02, 3.5), (1.08, 4.0, 0), (-1, 3.0, 2))
     assert found.winner == "start 0"
     assert found.n_agreeing == 3
@@ -297,7 +285,7 @@ def test_no_run_is_better_and_one_agrees_at_least(ends):
     assert found.margin >= 0 if elsewhere else math.isnan(found.margin)
 
 
-# The shape of the first look around
+# The first covariance
 
 
 def bend(dmp, task, world=free):
@@ -329,20 +317,20 @@ def bend(dmp, task, world=free):
 @pytest.mark.parametrize(
     "dmp", [DMP(), DMP(gated=True), DMP(n_basis=4), DMP(n_basis=4, gated=True)]
 )
-def test_in_the_shape_s_coordinates_the_described_cost_is_round(dmp, task):
-    shape, bent = initial_covariance(free, task, dmp), bend(dmp, task)
-    assert np.linalg.det(shape) == pytest.approx(1)
+def test_in_the_covariance_s_coordinates_the_described_cost_is_round(dmp, task):
+    root, bent = initial_covariance(free, task, dmp), bend(dmp, task)
+    assert np.linalg.det(root) == pytest.approx(1)
     assert np.linalg.cond(bent) > 1e4
-    assert np.linalg.cond(shape.T @ bent @ shape) < 1.1
+    assert np.linalg.cond(root.T @ bent @ root) < 1.1
 
 
-def test_where_weights_do_nothing_there_is_a_shape_all_the_same():
+def test_where_weights_do_nothing_there_is_a_covariance_all_the_same():
     world = replace(free, home=(math.pi / 2, 0.0, 0.0))
     task = 90 - world.cut_deg  # straight below the end effector
-    shape = initial_covariance(world, task, DMP())
+    root = initial_covariance(world, task, DMP())
     assert np.linalg.cond(bend(DMP(), task, world)) > 1e15
-    assert np.isfinite(shape).all()
-    assert np.linalg.det(shape) == pytest.approx(1)
+    assert np.isfinite(root).all()
+    assert np.linalg.det(root) == pytest.approx(1)
 
 
 # Bad input
@@ -350,26 +338,109 @@ def test_where_weights_do_nothing_there_is_a_shape_all_the_same():
 
 def test_no_start_at_all_is_refused():
     with pytest.raises(ValueError, match=r"n_starts=0 .* at least one start"):
-        search_policy(free, 0, seed=0, n_starts=0)
+        search(free, 0, seed=0, n_starts=0)
 
 
 def test_a_negative_number_of_starts_is_refused():
     with pytest.raises(ValueError, match=r"n_starts=-1"):
-        search_policy(free, 0, seed=0, n_starts=-1, start_policies=[rough])
+        search(free, 0, seed=0, n_starts=-1, start_policies=[rough])
 
 
 @pytest.mark.parametrize("task", [np.nan, np.inf])
 def test_a_task_that_is_no_angle_is_refused(task):
     with pytest.raises(ValueError, match=f"task_deg={task}; wanted a finite angle"):
-        search_policy(free, task, seed=0)
+        search(free, task, seed=0)
 
 
 @pytest.mark.parametrize("given", [np.zeros(5), np.full(6, np.nan)])
 def test_a_malformed_start_is_refused(given):
     with pytest.raises(ValueError, match=r"policy has"):
-        search_policy(free, 0, seed=0, start_policies=[given])
+        search(free, 0, seed=0, start_policies=[given])
 
 
 def test_a_negative_seed_is_refused():
     with pytest.raises(ValueError, match="seed=-1"):
-        search_policy(free, 0, seed=-1)
+        search(free, 0, seed=-1)
+
+
+# Options
+
+
+def test_each_option_is_heeded():
+    """A search told otherwise runs otherwise, in the respect that the option names."""
+    usual = search(free, 90, seed=0, n_starts=2, start_policies=[rough])
+
+    def told(**changed):
+        how = replace(brief, **changed)
+        return search(
+            free, 90, seed=0, n_starts=2, start_policies=[rough], options=how
+        ).runs
+
+    given, zero, drawn = usual.runs
+    assert told(population=11)[0].evaluations == 55
+    assert told(max_evaluations=9)[0].evaluations == 18
+    assert told(small_step=0.1)[0].cost != given.cost
+    assert told(small_step=0.1)[1].cost == zero.cost
+    wide = told(first_step=1.0)
+    assert wide[0].cost == given.cost
+    assert wide[1].cost != zero.cost
+    assert wide[2].cost != drawn.cost
+    assert told(tolerance=1e9)[0].evaluations < 44
+    assert told(stalled=1, gain=0.9)[0].evaluations == 18
+    assert told(near=1e9)[1].merged_into == 0
+    assert usual.n_agreeing == 1
+    assert replace(usual, same=9.0).n_agreeing == 3
+    agreeing = search(free, 90, seed=0, n_starts=2, options=replace(brief, same=9.0))
+    assert agreeing.n_agreeing == 2
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "wanted"),
+    [
+        ("max_evaluations", 0, "a whole number, at least 1"),
+        ("max_evaluations", 9.5, "a whole number, at least 1"),
+        ("max_sweeps", -1, "a whole number, at least 0"),
+        ("population", 1, "a whole number, at least 2"),
+        ("near", 0.0, "a finite number above 0"),
+        ("near", math.nan, "a finite number above 0"),
+        ("first_step", math.inf, "a finite number above 0"),
+        ("gain", "1e-5", "a finite number above 0"),
+    ],
+)
+def test_an_option_that_is_no_such_number_is_refused(name, value, wanted):
+    with pytest.raises(ValueError, match=f"{name}={value!r}; wanted {wanted}"):
+        SearchOptions(**{name: value})
+
+
+@given(
+    st.builds(
+        SearchOptions,
+        first_step=st.floats(1e-300, 1e300),
+        max_evaluations=st.integers(1, 10**9),
+        coarse_deg=st.integers(1, 360),
+    )
+)
+def test_options_that_are_told_are_read_again(options):
+    again = SearchOptions.parse(options.changed)
+    assert again == options
+    assert repr(again) == repr(options)
+
+
+def test_the_defaults_need_no_telling():
+    assert SearchOptions().changed == ()
+    told = SearchOptions(max_evaluations=np.int64(45), near=1).changed
+    assert told == ("max_evaluations=45", "near=1.0")
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        ("max_evals=9", "'max_evals=9' sets nothing known; wanted NAME=VALUE with a "),
+        ("near", "near=''; wanted a number"),
+        ("near=much", "near='much'; wanted a number"),
+        ("max_sweeps=1.5", "max_sweeps=1.5; wanted a whole number"),
+    ],
+)
+def test_a_text_that_sets_nothing_is_refused(text, said):
+    with pytest.raises(ValueError, match=said):
+        SearchOptions.parse([text])

@@ -6,20 +6,29 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 import pytest
+from imagined import imagine_study, imagine_table
 from joblib.externals.loky import get_reusable_executor
+from schema import departures
 
 from msc.cli import main
-from msc.data import WEIGHTS, save_table
-from msc.data._tables import COLUMNS
+from msc.data import save_table
 from msc.estimates import compare
-from msc.study import draw_samples, format_study, run_study, task_density
+from msc.study import (
+    MEASURES,
+    Experiment,
+    Study,
+    draw_samples,
+    find_cell,
+    format_study,
+    run_study,
+    task_density,
+)
 from msc.study._methods import COMMON, METHODS
-from msc.study._profiles import PROFILES, Profile, list_groups
-from msc.study._sampling import DESIGNS
+from msc.study._sampling import DESIGNS, PROFILES, Profile, list_groups
 from msc.study._summaries import measure_errors, summarise_trials
-from msc.study._trial import Trial
 from press import checksum
 
+ROOT = Path(__file__).parents[1]
 GRID, TEST = np.arange(0, 360, 15.0), np.array([5.0, 95.0, 170.0, 200.0, 292.0])
 TINY = Profile(
     2,
@@ -31,32 +40,9 @@ TINY = Profile(
     n_elbows=3,
 )
 LEAST = replace(TINY, sizes={"even": (8,)}, repetitions=1, sweep_charts=())
-MEASURES = {
-    "mse, gate learned",
-    "mse, chart known",
-    "mse, away from jumps",
-    "mse, beside jumps",
-    "standardised mse, gate learned",
-    "error_cm",
-    "excess_cost",
-    "under_1_cm",
-    "touched",
-    "error_cm spread",
-}
-SUMMARY = {"mean", "std", "median", "p95", "low", "high", "n_tasks", "per_repetition"}
 
 
 ORIGINAL = dict(PROFILES)
-
-
-def made_up(tasks_deg, jumps_deg):
-    angles = np.deg2rad(tasks_deg)
-    curve = np.c_[np.sin(angles), np.cos(angles), np.sin(2 * angles)]
-    lifts = 6.0 * np.searchsorted(jumps_deg, tasks_deg)
-    table = pd.DataFrame(0.0, index=range(len(angles)), columns=list(COLUMNS))
-    table[list(WEIGHTS)] = np.c_[curve, 2 * curve] + lifts[:, None]
-    table["task_deg"], table["winner"] = tasks_deg, "start 0"
-    return table.assign(cost=0.1 + tasks_deg / 1000)
 
 
 @pytest.fixture(scope="module")
@@ -65,7 +51,7 @@ def folder(tmp_path_factory):
     for name, jumps in (("free", []), ("obstacles", [112.5])):
         for suffix, tasks in (("", GRID), ("_test", TEST)):
             path = folder / "data" / f"{name}{suffix}.csv"
-            save_table(made_up(tasks, jumps), path, command="", seed=0)
+            save_table(imagine_table(tasks, jumps), path, command="", seed=0)
     return folder
 
 
@@ -85,22 +71,60 @@ def study(folder):
         return run_study("obstacles", seed=3)
 
 
-def find(study, design, n_samples):
-    (cell,) = (
-        cell
-        for cell in study["cells"]
-        if (cell["design"], cell["n_samples"]) == (design, n_samples)
-    )
-    return cell
+# The layout: of what is computed, of what is stored, and of what tests imagine
 
 
-# The layout
+def stored(name):
+    return json.loads((ROOT / "data" / "results" / name).read_text("utf-8"))
 
 
-def test_a_study_is_laid_out_as_promised(study):
-    assert set(study) == {
-        "workspace", "profile", "seed", "n_charts", "provenance", "cells", "sweep",
-    }  # fmt: skip
+@pytest.mark.parametrize(
+    "made",
+    [
+        "computed",
+        *(stored(f"study_{world}.json") for world in ("free", "obstacles")),
+        *(imagine_study(right, "free") for right in (True, False)),
+    ],
+    ids=["computed", "free", "obstacles", "right", "wrong"],
+)
+def test_every_study_is_laid_out_as_the_type_says(made, study):
+    found = study if made == "computed" else made
+    assert not departures(found, Study)
+    assert found["workspace"] in {"free", "obstacles"}
+    assert found["profile"] in ORIGINAL
+    assert {cell["design"] for cell in found["cells"]} <= set(DESIGNS)
+    for cell in found["cells"] + found["sweep"]:
+        assert set(cell["measures"]) <= set(MEASURES)
+        for by_method in cell["measures"].values():
+            assert set(by_method) <= set(METHODS)
+            for summary in by_method.values():
+                assert summary["low"] <= summary["mean"] <= summary["high"]
+                assert len(summary["per_repetition"]) == cell["repetitions"]
+        for ratio in cell.get("ratios", []):
+            assert MEASURES[ratio["measure"]].has_ratio
+            assert {ratio["method"], ratio["baseline"]} <= set(METHODS)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda one: one.pop("seed"), "it lacks 'seed'"),
+        (lambda one: one.update(sead=0), "it has 'sead'"),
+        (lambda one: one.update(seed="0"), "it['seed'] is '0'; wanted <class 'int'>"),
+        (
+            lambda one: one["sweep"][2].update(n_charts=True),
+            "it['sweep'][2]['n_charts'] is True; wanted <class 'int'>",
+        ),
+        (lambda one: one["cells"].append([]), "it['cells'][20] is []; wanted fields"),
+    ],
+)
+def test_a_departure_from_the_layout_is_told(change, said):
+    found = imagine_study(right=True, world="free")
+    change(found)
+    assert departures(found, Study) == [said]
+
+
+def test_a_study_has_the_cells_that_its_profile_asks_for(study):
     assert (study["workspace"], study["profile"]) == ("obstacles", "quick")
     assert (study["seed"], study["n_charts"]) == (3, 4)
     shapes = [
@@ -114,13 +138,10 @@ def test_a_study_is_laid_out_as_promised(study):
         names = METHODS if cell["design"] == "even" else COMMON
         nearest = 17.5  # degrees, of the test tasks to the jump
         is_far = 360 / cell["n_samples"] < nearest
-        expected = MEASURES - ({"mse, beside jumps"} if is_far else set())
+        expected = set(MEASURES) - ({"mse, beside jumps"} if is_far else set())
         assert set(cell["measures"]) == expected
         for by_method in cell["measures"].values():
             assert tuple(by_method) == names
-            for summary in by_method.values():
-                assert set(summary) == SUMMARY
-                assert len(summary["per_repetition"]) == cell["repetitions"]
         pairs = [
             (ratio["measure"], ratio["baseline"])
             for ratio in cell["ratios"]
@@ -146,10 +167,9 @@ def test_the_sweep_tries_numbers_of_charts(study):
     tried = [(one["n_charts"], one["n_samples"]) for one in study["sweep"]]
     assert tried == [(1, 8), (2, 8)]
     for one in study["sweep"]:
-        assert set(one) == {"n_charts", "n_samples", "repetitions", "measures"}
         assert all(tuple(found) == ("charts",) for found in one["measures"].values())
     one_chart = study["sweep"][0]["measures"]["mse, gate learned"]["charts"]
-    single = find(study, "even", 8)["measures"]["mse, gate learned"]
+    single = find_cell(study, "even", 8)["measures"]["mse, gate learned"]
     assert one_chart == single["single regression"]
 
 
@@ -186,13 +206,13 @@ def trials(folder):
         patch.chdir(folder)
         tasks = np.deg2rad(GRID)
         return [
-            Trial("obstacles", chosen, seed=3, names=COMMON)
+            Experiment("obstacles", chosen=chosen, seed=3, names=COMMON)
             for chosen in draw_samples("nonuniform", tasks, 8, n_draws=2, seed=3)
         ]
 
 
 def test_a_cell_says_what_its_trials_say(study, trials):
-    cell, weights = find(study, "nonuniform", 8), task_density(np.deg2rad(TEST))
+    cell, weights = find_cell(study, "nonuniform", 8), task_density(np.deg2rad(TEST))
     for name, subset in (
         ("mse, gate learned", "gate learned"),
         ("mse, chart known", "chart known"),
@@ -206,7 +226,7 @@ def test_a_cell_says_what_its_trials_say(study, trials):
 
 
 def test_its_ratios_are_those_of_compare(study, trials):
-    cell, weights = find(study, "nonuniform", 8), task_density(np.deg2rad(TEST))
+    cell, weights = find_cell(study, "nonuniform", 8), task_density(np.deg2rad(TEST))
     tables = [trial.executed_by_method("error_cm") for trial in trials]
     errors = {name: np.array([table[name] for table in tables]) for name in COMMON}
     for label, spread in (("error_cm", False), ("error_cm spread", True)):
@@ -277,7 +297,7 @@ def test_another_seed_draws_other_training_sets(study, monkeypatch):
     uniform = replace(LEAST, sizes={"uniform": (8,)}, repetitions=2)
     monkeypatch.setitem(PROFILES, "quick", uniform)
     other = run_study("obstacles", seed=4)
-    assert find(other, "uniform", 8) != find(study, "uniform", 8)
+    assert find_cell(other, "uniform", 8) != find_cell(study, "uniform", 8)
 
 
 def test_the_profiles_are_as_the_protocol_says():

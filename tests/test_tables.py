@@ -11,9 +11,8 @@ import pytest
 
 import press._files
 from msc import load_dataset
-from msc.data import WEIGHTS, find_data
+from msc.data import COLUMNS, WEIGHTS, find_data
 from msc.data import save_table as save
-from msc.data._tables import COLUMNS
 from press import replace_file
 
 
@@ -51,11 +50,12 @@ def rewrite(path, table):
 
 
 def test_a_table_comes_back_bit_for_bit(path):
-    tasks, policies, table = load_dataset(path)
+    tasks, policies, table = found = load_dataset(path)
     pd.testing.assert_frame_equal(table, made_up(), check_exact=True)
     np.testing.assert_array_equal(tasks[:, 0], np.deg2rad(made_up()["task_deg"]))
     np.testing.assert_array_equal(policies, made_up()[list(WEIGHTS)])
     assert (tasks.shape, policies.shape) == ((5, 1), (5, 6))
+    assert found.task_deg.tolist() == made_up()["task_deg"].tolist()
 
 
 def test_every_number_comes_back(path):

@@ -1,11 +1,23 @@
-"""The paper's claims -> verdicts."""
+"""The paper's claims -> verdicts.
+
+A *claim* is a sentence of the paper and has one or several *interpretations* (the book
+calls them readings). Each names a *quantity* in a result file, as "ratio" or "jumps",
+and one predicate that the number, with its whole interval, must fulfil;
+`book/claims.yml` holds them all. What an interpretation came to is a *finding*, and the
+findings make a *verdict*: reproduced, partly, not reproduced, undecided, by
+construction, or cannot be tested.
+
+- `load_claims`: the file, checked
+- `judge_all`: every verdict, whoever asks; `show_claims` shows some in a chapter
+- `summarise`, `tally`, `claim_fragments`, `with_summary`: verdicts as data and as pages
+"""
 
 from typing import TYPE_CHECKING
 
-from press._lazy import face
+from press import face
 
 if TYPE_CHECKING:
-    from msc.claims._file import load_claims
+    from msc.claims._claims import load_claims
     from msc.claims._judge import (
         CLAIMS,
         VERDICTS,
@@ -14,9 +26,9 @@ if TYPE_CHECKING:
         summarise,
     )
     from msc.claims._page import (
+        claim_fragments,
         tally,
         with_summary,
-        write_claims,
     )
 
 __all__, __getattr__, __dir__ = face(__name__, __file__)

@@ -1,43 +1,132 @@
-"""The paper's claims, judged: from `book/claims.yml` and result files to verdicts."""
+"""Claims judged: what was measured, held against what each of them wants.
+
+Every verdict is computed. An interval decides: the whole of it must lie where the claim
+wants it, or the whole of it where the claim does not. `judge_all` is the one way from
+`book/claims.yml` and the result files to verdicts: for the command, chapters and pages.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from math import isnan
 from pathlib import Path
 from typing import Any
 
 import pandas as pd
 
-from msc.claims._file import Claim, load_claims
-from msc.claims._verdicts import Verdict, judge
+from msc.claims._claims import Claim, Interpretation, load_claims
+from msc.claims._measures import measure
 from msc.data import find_data, read_result
+from msc.estimates import Estimate, bonferroni
 
 CLAIMS = "book/claims.yml"
 VERDICTS = "data/results/claims.json"
+
+REPRODUCED = "reproduced"
+PARTLY = "partly"
+NOT = "not reproduced"
+UNDECIDED = "undecided"
+BUILT_IN = "by construction"
+UNTESTABLE = "cannot be tested"
+SYMBOLS = {
+    REPRODUCED: "●",
+    PARTLY: "◐",
+    NOT: "✕",
+    UNDECIDED: "○",
+    BUILT_IN: "◇",
+    UNTESTABLE: "–",
+}
+DIFFERING = (PARTLY, NOT, UNDECIDED)  # from what the paper says
 _NONE = dict.fromkeys(("value", "low", "high"))
 
 
-def judge_all(root: Path) -> list[Verdict]:
-    """Judge all claims of a repository.
+@dataclass(frozen=True)
+class Finding:
+    """What an interpretation of a claim came to."""
+
+    name: str
+    verdict: str  # a key of SYMBOLS
+    estimate: Estimate | None  # of several, the one that favours the claim least
+    measured: str  # the same in words, with its unit; or why it cannot be
+    wanted: str = ""
+
+    @property
+    def sentence(self) -> str:
+        """All of it in words."""
+        wanted = f", wanted {self.wanted}" if self.wanted else ""
+        return f"{self.measured}{wanted}: {self.verdict}"
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What a claim came to."""
+
+    claim: Claim
+    verdict: str  # a key of SYMBOLS
+    findings: tuple[Finding, ...]  # the paper's own interpretation first
+    why: str = ""  # it differs from the paper, with what was measured
+
+    @property
+    def words(self) -> str:
+        """The verdict with its symbol."""
+        return f"{SYMBOLS[self.verdict]} {self.verdict}"
+
+    @property
+    def measured(self) -> str:
+        """What the paper's own interpretation measured; of several, which it is."""
+        first = self.findings[0]
+        name = f"{first.name}: " if len(self.findings) > 1 else ""
+        return name + first.measured
+
+    @property
+    def differs(self) -> bool:
+        """Whether interpretations gave different verdicts."""
+        return len({one.verdict for one in self.findings}) > 1
+
+    @property
+    def sentence(self) -> str:
+        """Which interpretation gave which verdict."""
+        if len(self.findings) == 1:
+            return self.findings[0].sentence
+        groups: dict[str, list[str]] = {}
+        for one in self.findings:
+            groups.setdefault(one.verdict, []).append(one.name)
+        return "; ".join(f"{key}: {' / '.join(names)}" for key, names in groups.items())
+
+    @property
+    def unexplained(self) -> bool:
+        """Whether it differs from the paper and no measurement is quoted to say why."""
+        return self.verdict in DIFFERING and "{" not in self.claim.why
+
+
+def judge_all(root: Path, *ids: str) -> list[Verdict]:
+    """Judge the claims of a repository.
 
     Parameters
     ----------
     root : Path
         The repository: `book/claims.yml` and the result files that it names.
+    *ids : str
+        Which claims, in which order; by default all, in that of the file.
 
     Returns
     -------
     list of Verdict
-        In the order of the file.
+        One a claim.
 
     Raises
     ------
     ValueError
-        If a claim or a result file is not as wanted.
+        If a claim is unknown, or a claim or a result file is not as wanted: it is
+        missing, or was made from other tables than are there now.
     """
-    claims = load_claims(root / CLAIMS)
-    results = read_results(claims, root)
-    return [judge(claim, results) for claim in claims]
+    claims = {claim.id: claim for claim in load_claims(root / CLAIMS)}
+    if unknown := set(ids) - set(claims):
+        raise ValueError(f"ids: {sorted(unknown)}; wanted some of {list(claims)}")
+    chosen = [claims[one] for one in ids or claims]
+    results = _read_results(chosen, root)
+    return [judge(claim, results) for claim in chosen]
 
 
 def show_claims(*ids: str) -> pd.DataFrame:
@@ -59,57 +148,13 @@ def show_claims(*ids: str) -> pd.DataFrame:
     ValueError
         If a claim is unknown, or a result file is not as wanted.
     """
-    root = find_data().parent
-    claims = {claim.id: claim for claim in load_claims(root / CLAIMS)}
-    if unknown := set(ids) - set(claims):
-        raise ValueError(f"ids: {sorted(unknown)}; wanted some of {list(claims)}")
-    chosen = [claims[one] for one in ids]
-    results = read_results(chosen, root)
     rows = {}
-    for found in (judge(claim, results) for claim in chosen):
+    for found in judge_all(find_data().parent, *ids):
         rows[found.claim.id, "the claim"] = (found.verdict, "")
         for one in found.findings:
             rows[found.claim.id, one.name] = (one.verdict, one.measured)
     index = pd.MultiIndex.from_tuples(rows, names=["claim", "reading"])
     return _Whole(list(rows.values()), index=index, columns=["verdict", "measured"])
-
-
-class _Whole(pd.DataFrame):
-    """A table that is shown with its texts whole, however long."""
-
-    def _repr_html_(self) -> str:
-        with pd.option_context("display.max_colwidth", None):
-            return self.to_html()
-
-
-def read_results(claims: Iterable[Claim], root: Path) -> dict[str, Any]:
-    """Load the result files that claims need.
-
-    Parameters
-    ----------
-    claims : iterable of Claim
-        The claims.
-    root : Path
-        The repository.
-
-    Returns
-    -------
-    dict
-        Contents by name: of tables a DataFrame.
-
-    Raises
-    ------
-    ValueError
-        If a file is missing, or was made from other tables than are there now.
-    """
-    results: dict[str, Any] = {}
-    for claim in claims:
-        for name in sorted(claim.files - set(results)):
-            try:
-                results[name] = read_result(root / name, root / "data")
-            except ValueError as error:
-                raise ValueError(f"claim {claim.id!r}: {error}") from None
-    return results
 
 
 def summarise(verdicts: Iterable[Verdict]) -> dict[str, Any]:
@@ -140,3 +185,124 @@ def summarise(verdicts: Iterable[Verdict]) -> dict[str, Any]:
         }
         for one in verdicts
     }
+
+
+def judge(claim: Claim, results: Mapping[str, Any]) -> Verdict:
+    """Hold what was measured against a claim.
+
+    An interpretation is reproduced if its predicate holds on the whole of each
+    interval; not reproduced if it fails on the whole of one, widened for as many as
+    were looked at; otherwise undecided. One that the design of the experiment makes
+    true is "by construction" where it would be reproduced.
+
+    A claim has the verdict of its interpretations if they agree, and "by construction"
+    if the first, the paper's own, is. Otherwise "partly" if any is reproduced; else
+    "not reproduced", since one refutes the claim and none confirms it.
+    """
+    findings, quoted = [], {}
+    name = ""
+    try:
+        for interpretation in claim.interpretations:
+            name = interpretation.name
+            findings.append(_find(interpretation, results))
+            quoted[name] = findings[-1].measured
+        for name, support in claim.support.items():
+            quoted[name] = ", ".join(map(str, measure(support, results)))
+    except ValueError as error:
+        raise ValueError(f"claim {claim.id!r}, {name!r}: {error}") from None
+    why = claim.why.format_map(quoted)
+    return Verdict(claim, _overall(findings), tuple(findings), why)
+
+
+def _read_results(claims: Iterable[Claim], root: Path) -> dict[str, Any]:
+    """Load the result files that claims need, by name; of tables a DataFrame."""
+    results: dict[str, Any] = {}
+    for claim in claims:
+        for name in sorted(claim.files - set(results)):
+            try:
+                results[name] = read_result(root / name, root / "data")
+            except ValueError as error:
+                raise ValueError(f"claim {claim.id!r}: {error}") from None
+    return results
+
+
+def _overall(findings: list[Finding]) -> str:
+    """Join the verdicts of interpretations, apart from those that cannot be tested."""
+    verdicts = [one.verdict for one in findings if one.verdict != UNTESTABLE]
+    if not verdicts:
+        return UNTESTABLE
+    if verdicts[0] == BUILT_IN or len(set(verdicts)) == 1:
+        return verdicts[0]
+    return PARTLY if {REPRODUCED, BUILT_IN} & set(verdicts) else NOT
+
+
+def _find(asked: Interpretation, results: Mapping[str, Any]) -> Finding:
+    """Hold one measurement against its predicate."""
+    if asked.measurement is None:
+        return Finding(asked.name, UNTESTABLE, None, asked.cannot_be_tested)
+    found = measure(asked.measurement, results)
+    estimates = [estimate for estimate in found if not isnan(estimate.value)]
+    if not estimates:
+        reason = "no test task is of this kind"
+        return Finding(asked.name, UNTESTABLE, None, reason)
+    n_hold = sum(_holds(asked, estimate) for estimate in estimates)
+    n_fail = sum(
+        _fails(asked, bonferroni(estimate, len(estimates))) for estimate in estimates
+    )
+    verdict = NOT if n_fail else REPRODUCED if n_hold == len(estimates) else UNDECIDED
+    if verdict == REPRODUCED and asked.by_construction:
+        verdict = BUILT_IN
+    least = min(estimates, key=lambda estimate: _favour(asked, estimate))
+    measured = f"{least} {asked.unit}".strip()
+    wanted = f"{asked.predicate} {asked.threshold:g}".replace("_", " ")
+    wanted = wanted.removeprefix("equals ")
+    if len(estimates) > 1:
+        wanted += " at each"
+        refuted = f", {n_fail} refuted" if n_fail else ""
+        measured = (
+            f"{n_hold} of {len(estimates)} as claimed{refuted}; "
+            f"the worst {measured} ({least.label})"
+        )
+    if n_without := len(found) - len(estimates):
+        wanted += f", {n_without} without such test tasks left out"
+    return Finding(asked.name, verdict, least, measured, wanted)
+
+
+def _holds(asked: Interpretation, estimate: Estimate) -> bool:
+    """Whether a predicate holds on a whole interval."""
+    (low, high), wanted = estimate.bounds, asked.threshold
+    return {
+        "below": high < wanted,
+        "above": low > wanted,
+        "equals": low == high == wanted,
+        "at_least": low >= wanted,
+    }[asked.predicate]
+
+
+def _fails(asked: Interpretation, estimate: Estimate) -> bool:
+    """Whether a predicate fails on a whole interval."""
+    (low, high), wanted = estimate.bounds, asked.threshold
+    exact = estimate.low is None and low == wanted
+    return {
+        "below": low > wanted or exact,
+        "above": high < wanted or exact,
+        "equals": not low <= wanted <= high,
+        "at_least": high < wanted,
+    }[asked.predicate]
+
+
+def _favour(asked: Interpretation, estimate: Estimate) -> float:
+    """Say how much a number speaks for a claim."""
+    if asked.predicate == "below":
+        return -estimate.value
+    if asked.predicate == "equals":
+        return -abs(estimate.value - asked.threshold)
+    return estimate.value
+
+
+class _Whole(pd.DataFrame):
+    """A table that is shown with its texts whole, however long."""
+
+    def _repr_html_(self) -> str:
+        with pd.option_context("display.max_colwidth", None):
+            return self.to_html()

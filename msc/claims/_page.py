@@ -7,8 +7,14 @@ from collections.abc import Collection, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from msc.claims._judge import CLAIMS, VERDICTS, judge_all
-from msc.claims._verdicts import BUILT_IN, SYMBOLS, Verdict
+from msc.claims._judge import (
+    BUILT_IN,
+    CLAIMS,
+    SYMBOLS,
+    VERDICTS,
+    Verdict,
+    judge_all,
+)
 from press import label, paragraph, plain
 
 TABLE = "claims_table.md"
@@ -18,18 +24,21 @@ SECTIONS = "claims_readings.md"
 BEGIN, END = "<!-- verdicts, by msc claims -->", "<!-- end of verdicts -->"
 
 
-def write_claims(root: Path, folder: Path, pages: Collection[str]) -> None:
+def claim_fragments(root: Path, pages: Collection[str]) -> dict[str, str]:
     """Write what pages of the book include: the table, and all readings.
 
     Parameters
     ----------
     root : Path
-        The repository. Without `book/claims.yml` nothing is written; before there are
-        verdicts, `data/results/claims.json`, a sentence that says so.
-    folder : Path
-        Where the pages are laid out.
+        The repository.
     pages : collection of str
-        Their names; only these are linked to.
+        Names of the book's pages; only these are linked to.
+
+    Returns
+    -------
+    dict of str to str
+        Markdown, by the name of the file to include; none without `book/claims.yml`.
+        Before there are verdicts, `data/results/claims.json`, a sentence that says so.
 
     Raises
     ------
@@ -37,35 +46,19 @@ def write_claims(root: Path, folder: Path, pages: Collection[str]) -> None:
         If a claim or a result file is not as wanted.
     """
     if not (root / CLAIMS).is_file():
-        return
-    if (root / VERDICTS).is_file():
-        verdicts = judge_all(root)
-        table, sections = (
-            table_markdown(verdicts, pages),
-            sections_markdown(verdicts, pages),
-        )
-    else:
-        table = sections = f"*No verdicts yet: `msc claims --out {VERDICTS}`.*\n"
-    (folder / TABLE).write_text(table, encoding="utf-8")
-    (folder / SECTIONS).write_text(sections, encoding="utf-8")
+        return {}
+    if not (root / VERDICTS).is_file():
+        none = f"*No verdicts yet: `msc claims --out {VERDICTS}`.*\n"
+        return {TABLE: none, SECTIONS: none}
+    verdicts = judge_all(root)
+    return {
+        TABLE: table_markdown(verdicts, pages),
+        SECTIONS: sections_markdown(verdicts, pages),
+    }
 
 
 def table_markdown(verdicts: Sequence[Verdict], pages: Collection[str]) -> str:
-    """Write the table that opens the book.
-
-    Parameters
-    ----------
-    verdicts : sequence of Verdict
-        What `msc.claims.judge` returned.
-    pages : collection of str
-        Names of the book's pages; others are not linked to.
-
-    Returns
-    -------
-    str
-        Markdown: each claim linked to the chapter that shows it, each verdict to its
-        readings.
-    """
+    """Write the table that opens the book: links to chapters and to sections."""
     rows = ["```{table}", ":widths: 5 2 4"]  # in shares of the page
     rows += [_row("the paper claims", "here", "measured"), "|---|---|---|"]
     for one in verdicts:
@@ -100,36 +93,12 @@ def tally(summary: Mapping[str, Mapping[str, Any]]) -> str:
 
 
 def sections_markdown(verdicts: Sequence[Verdict], pages: Collection[str]) -> str:
-    """Write a section a claim: what each reading measured, and its verdict.
-
-    Parameters
-    ----------
-    verdicts : sequence of Verdict
-        What `msc.claims.judge` returned.
-    pages : collection of str
-        Names of the book's pages; others are not linked to.
-
-    Returns
-    -------
-    str
-        Markdown, with the anchor `claim-…` for each claim.
-    """
+    """Write a section a claim, with its anchor: what each reading measured."""
     return "\n\n".join(_section(one, pages) for one in verdicts) + "\n"
 
 
 def summary_markdown(summary: Mapping[str, Mapping[str, Any]]) -> str:
-    """Write which claims got which verdict.
-
-    Parameters
-    ----------
-    summary : mapping
-        What `msc.claims.summarise` returned.
-
-    Returns
-    -------
-    str
-        Markdown: one row a verdict that occurs.
-    """
+    """Write which claims got which verdict, a row each that occurs."""
     rows = [_row("verdict", "claims", "which"), "|---|---|---|"]
     for verdict, sign in SYMBOLS.items():
         ids = [name for name, one in summary.items() if one["verdict"] == verdict]

@@ -19,7 +19,7 @@ conventions, and take any arrays:
 
 from typing import TYPE_CHECKING
 
-from press._lazy import face
+from press import face
 
 if TYPE_CHECKING:
     from msc.learn._copies import find_copies

@@ -86,13 +86,7 @@ def gaussian_process(kernel: str = "squared exponential") -> GaussianProcessRegr
 
 
 def gaussian_classifier() -> GaussianProcessClassifier:
-    """Build the gate called "gp": squared exponential, bounds as for the regression.
-
-    Returns
-    -------
-    GaussianProcessClassifier
-        Unfitted.
-    """
+    """Build the gate called "gp": squared exponential, bounds as for the regression."""
     return _BoundedClassifier(
         ConstantKernel(1.0, (1e-3, 1e3)) * RBF(1.0, LENGTH_SCALE_BOUNDS),
         optimizer=_refine,
@@ -100,41 +94,12 @@ def gaussian_classifier() -> GaussianProcessClassifier:
 
 
 def is_tuned(regressor: Any) -> bool:
-    """Tell whether a regression seeks its length scale within our bounds.
-
-    Parameters
-    ----------
-    regressor : regressor or None
-        A skill's; None is `gaussian_process()`.
-
-    Returns
-    -------
-    bool
-        Whether `warn_of_scale` is about it.
-    """
+    """Tell whether a regression seeks its length scale within our bounds."""
     return regressor is None or isinstance(regressor, _BoundedRegressor)
 
 
 def warn_of_scale(tasks: Array) -> None:
     """Warn of tasks at a scale on which no length scale would be found.
-
-    Parameters
-    ----------
-    tasks : ndarray of shape (n_tasks, n_task_params)
-        Tasks that kernels are to be tuned to.
-
-    Warns
-    -----
-    UserWarning
-        By column, with what was found and what to divide by, if
-
-        - most tasks lie farther from the next than four times the longest start of a
-          length scale, so that the likelihood is flat: columns that are so far apart;
-        - neighbours lie farther apart in a column than three times that start, and
-          than a column of a third of its span, or less, spans in all: one length scale
-          cannot serve both;
-        - a column spans less than the shortest length scale, or than a hundredth of
-          another one: nothing of it is seen.
 
     Notes
     -----

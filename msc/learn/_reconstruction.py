@@ -186,19 +186,6 @@ def _solve_by_cvxpy(columns: Array, penalty: Array) -> Array:
 def solve_qps(columns: Array, penalty: Array) -> Array:
     """Minimise penalty @ |c| + |columns @ c|^2 / 2 with sum(c) = 1, many times.
 
-    Parameters
-    ----------
-    columns : ndarray of shape (n_programs, n_rows, n_columns)
-        One matrix a program, with values of about one.
-    penalty : ndarray of shape (n_programs, n_columns)
-        Positive weights, of about one too.
-
-    Returns
-    -------
-    ndarray of shape (n_programs, n_columns)
-        The minimisers, exact zeros included; NaN in the row of a program that no value
-        within 1e-11 of its lower bound was found for.
-
     Notes
     -----
     Mehrotra's predictor-corrector method as in algorithm 16.4 of [1]_. The positive and

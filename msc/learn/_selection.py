@@ -153,16 +153,6 @@ def _fold_errors(
 def knee(curve: ArrayLike) -> int:
     """Find the first knee of a falling curve that stands out.
 
-    Parameters
-    ----------
-    curve : array-like of shape (n_counts,)
-        A value for each count 1, 2, …
-
-    Returns
-    -------
-    int
-        The count at the knee, 1 if there is none.
-
     Notes
     -----
     Both axes are scaled to [0, 1]. A knee is a local maximum of the distance below the

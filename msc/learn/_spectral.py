@@ -25,21 +25,8 @@ _SHIFT = -1e-8  # below 0, the least eigenvalue, by less than the next of a long
 def laplacian_eigen(affinity: sp.csr_array, k: int, seed: int) -> tuple[Array, Array]:
     """Decompose the symmetric normalised Laplacian of an affinity graph.
 
-    Parameters
-    ----------
-    affinity : sparse array of shape (n_points, n_points)
-        Symmetric, without negative entries.
-    k : int
-        Number of eigenvectors.
-    seed : int
-        Seed of the iterative solver's first vector, for more than 2000 points.
-
-    Returns
-    -------
-    values : ndarray
-        Eigenvalues, ascending: all of them, or the first k for more than 2000 points.
-    vectors : ndarray of shape (n_points, k)
-        Eigenvectors of the first k.
+    Returns its eigenvalues, ascending (of more than 2000 points the first `k`), and the
+    first `k` eigenvectors as columns.
 
     Notes
     -----
@@ -104,36 +91,13 @@ def _smallest_but_null(
 
 
 def unit_rows(vectors: Array) -> Array:
-    """Scale every row to unit length; rows of zeros stay.
-
-    Parameters
-    ----------
-    vectors : ndarray of shape (n_points, k)
-        Any vectors.
-
-    Returns
-    -------
-    ndarray of shape (n_points, k)
-        The same directions.
-    """
+    """Scale every row to unit length; rows of zeros stay."""
     lengths = np.linalg.norm(vectors, axis=1, keepdims=True)
     return np.asarray(vectors / np.where(lengths > 0, lengths, 1.0))
 
 
 def cluster_rows(embedding: Array, seed: int) -> NDArray[np.intp]:
     """Find as many clusters as there are columns; number them as they appear.
-
-    Parameters
-    ----------
-    embedding : ndarray of shape (n_points, k)
-        Rows to cluster by k-means.
-    seed : int
-        Seed of k-means.
-
-    Returns
-    -------
-    ndarray of shape (n_points,)
-        Labels from 0 to k - 1, in order of first appearance.
 
     Notes
     -----
@@ -152,22 +116,7 @@ def cluster_rows(embedding: Array, seed: int) -> NDArray[np.intp]:
 
 
 def cluster_each(vectors: Array, n_counts: int, seed: int) -> list[NDArray[np.intp]]:
-    """Find 1, 2, … clusters, each among as many eigenvectors.
-
-    Parameters
-    ----------
-    vectors : ndarray of shape (n_points, at least n_counts)
-        Eigenvectors, see `laplacian_eigen`.
-    n_counts : int
-        The largest number of clusters.
-    seed : int
-        Seed of k-means.
-
-    Returns
-    -------
-    list of ndarray of shape (n_points,)
-        Labels for each number, see `cluster_rows`.
-    """
+    """Find 1, 2, … clusters, each among as many eigenvectors."""
     with threadpool_limits(1, "openmp"):  # so few rows: threads would only wait
         return [
             cluster_rows(unit_rows(vectors[:, :count]), seed)  # steps 3, 4 and 5
@@ -176,20 +125,7 @@ def cluster_each(vectors: Array, n_counts: int, seed: int) -> list[NDArray[np.in
 
 
 def within_cluster_ss(X: Array, labels: NDArray[np.intp]) -> float:
-    """Sum the squared distances of points from their chart's mean.
-
-    Parameters
-    ----------
-    X : ndarray of shape (n_points, n_features)
-        Points.
-    labels : ndarray of shape (n_points,)
-        Their charts, from 0 on without gaps.
-
-    Returns
-    -------
-    float
-        The sum; zero for points that differ by no more than rounding.
-    """
+    """Sum the squared distances of points from their chart's mean."""
     members = np.eye(labels.max() + 1)[labels]
     centers = (members.T @ X) / members.sum(axis=0)[:, None]
     apart = X - centers[labels]

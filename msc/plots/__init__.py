@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING
 
-from press._lazy import face
+from press import face
 
 if TYPE_CHECKING:
     from msc.plots._arm import (

@@ -116,10 +116,8 @@ def plot_weights(world: Workspace, task_deg: float, strength: float) -> Figure:
     dmp = DMP()
     times = np.linspace(0, 1, 101)
     shares = _shares(dmp, times)
-    ends = (
-        forward_kinematics(world.home, world.link_lengths)[-1],
-        world.target(task_deg),
-    )
+    start = forward_kinematics(world.home, world.link_lengths)[-1]
+    ends = start, world.target(task_deg)
     units = np.eye(dmp.n_params)[: dmp.n_basis]
     response = dmp.path(units, (0, 0), (1, 1), times)[..., 0]
     response -= dmp.path(0 * units, (0, 0), (1, 1), times)[..., 0]
@@ -129,11 +127,10 @@ def plot_weights(world: Workspace, task_deg: float, strength: float) -> Figure:
     low = figure.add_subplot(grid[1, 0], sharex=top)
     plane = figure.add_subplot(grid[:, 1])
     draw_world(plane, world, task_deg, view="sketch")
-    plane.plot(*ends[0], "o", color="black", ms=5)
-    plane.annotate("start", tuple(ends[0]), (8, -10), textcoords="offset points")
-    plane.annotate(
-        "goal", tuple(ends[1]), (8, 4), textcoords="offset points", color=GOAL
-    )
+    plane.plot(*start, "o", color="black", ms=5)
+    beside: Any = {"textcoords": "offset points"}
+    plane.annotate("start", tuple(start), (8, -10), **beside)
+    plane.annotate("goal", tuple(ends[1]), (8, 4), color=GOAL, **beside)
     for k, colour in enumerate(TRIO[: dmp.n_basis]):
         look: Any = {"color": colour, "ls": DASHES[k]}
         top.plot(times, shares[:, k], **look)
@@ -142,15 +139,9 @@ def plot_weights(world: Workspace, task_deg: float, strength: float) -> Figure:
         for sign in (1, -1):
             path = dmp.path(sign * strength * units[k], *ends, times)
             plane.plot(*path.T, **look)
-    for sign, text in ((1, "+"), (-1, "−")):
+    for sign, text, side in ((1, "+", "left"), (-1, "−", "right")):
         end = dmp.path(sign * strength * units[0], *ends, times)[-1]
-        plane.annotate(
-            f"{text}{strength:g}",
-            end,
-            (6 * sign, 5),
-            textcoords="offset points",
-            ha="left" if sign > 0 else "right",
-        )
+        plane.annotate(f"{text}{strength:g}", end, (6 * sign, 5), ha=side, **beside)
     still = dmp.path(np.zeros(dmp.n_params), *ends, times)
     plane.plot(*still.T, color="black", lw=2.5)
     plane.set_title("the paths they make (black: no weights)")
@@ -328,14 +319,15 @@ def _force_panel(arm: Arm, policies: NDArray[np.float64], weight: int) -> Panel:
     forces = policies[:, own] @ _shares(dmp, times).T
     low, high = min(0.0, float(forces.min())), max(0.0, float(forces.max()))
     margin = 0.08 * (high - low)
-    box = (0.0, 1.0), (low - margin, high + margin)
-    marks = [Mark("line", [[0, 0], [1, 0]], width=0.8, opacity=0.6)]
     moving = [np.c_[times, force] for force in forces]
-    marks.append(Mark("line", moving, "step", colour=TRIO[0], width=2.5))
     return Panel(
         f"The force of {'xy'[dimension]} over time.",
-        *box,
-        marks,
+        (0.0, 1.0),
+        (low - margin, high + margin),
+        [
+            Mark("line", [[0, 0], [1, 0]], width=0.8, opacity=0.6),
+            Mark("line", moving, "step", colour=TRIO[0], width=2.5),
+        ],
         x_label="time (s)",
         y_label=f"force f of {'xy'[dimension]}",
         x_ticks=(0, 0.5, 1),
@@ -346,15 +338,15 @@ def _force_panel(arm: Arm, policies: NDArray[np.float64], weight: int) -> Panel:
 def _cost_panel(added: NDArray[np.float64], costs: NDArray[np.float64]) -> Panel:
     """Show the cost over the change, with the chosen one marked."""
     points, top = np.c_[added, costs], float(costs.max())
-    look: dict[str, Any] = {"colour": TRIO[0]}
-    marks = [Mark("line", points, width=1.5, **look)]
-    marks.append(Mark("dots", [[point] for point in points], "step", width=5, **look))
     ends = float(added[0]), float(added[-1])
     return Panel(
         "The cost over the change of the weight, with the chosen one marked.",
         ends,
         (-0.04 * top, 1.05 * top),
-        marks,
+        [
+            Mark("line", points, colour=TRIO[0]),
+            Mark("dots", points[:, None], "step", colour=TRIO[0], width=5),
+        ],
         x_label="change of the weight",
         y_label="cost",
         x_ticks=(ends[0], 0, ends[1]),

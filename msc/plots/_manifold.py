@@ -12,16 +12,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from msc.plots._skill import draw_by_chart, draw_regression, widen
-from msc.plots._style import (
-    COLOURS,
-    WEIGHT_LABELS,
-    styled,
-)
+from msc.plots._style import COLOURS, WEIGHT_LABELS, styled
 from msc.study import Experiment
 
-COMPARED = ("single regression", "charts")  # from left to right, or top to bottom
-RIM: Any = {"mec": "white", "mew": 0.4}  # of a point trained on
 FINE = np.linspace(0, 2 * np.pi, 1441, endpoint=False)[:, None]  # tasks (rad)
+COMPARED = ("single regression", "charts")  # from left to right, or top to bottom
 
 
 @styled
@@ -76,20 +71,21 @@ def _draw_manifold(
     single: Axes, charts: Axes, experiment: Experiment, dimension: int
 ) -> None:
     """Draw one policy dimension: searched, and predicted by either method."""
-    degrees = np.rad2deg(experiment.tasks[:, 0])
-    searched, chosen = experiment.policies[:, dimension], experiment.chosen
+    chosen, methods = experiment.chosen, experiment.methods
+    angles = np.rad2deg(experiment.tasks[:, 0])
+    searched = experiment.policies[:, dimension]
+    trained = np.c_[angles, searched][chosen]
+    look: Any = {"color": COLOURS["searched"], "label": "searched"}
     for axis in (single, charts):
-        look: Any = {"ms": 2.5, "color": COLOURS["searched"], "label": "searched"}
-        axis.plot(degrees, searched, ".", **look)
+        axis.plot(angles, searched, ".", ms=2.5, **look)
         _mark_jumps(axis, experiment)
         axis.set_xticks(range(0, 361, 60))
-    one, several = (experiment.methods[method] for method in COMPARED)
     colour = COLOURS["single regression"]
-    trained = np.c_[degrees, searched][chosen]
+    one, several = (methods[name] for name in COMPARED)
     draw_regression(single, one, dimension, colour=colour, tasks=FINE)
-    single.plot(*trained.T, "o", ms=3.5, color=colour, **RIM)
+    single.plot(*trained.T, "o", ms=3.5, color=colour, mec="white", mew=0.4)
     draw_regression(charts, several, dimension, tasks=FINE)
-    draw_by_chart(charts, trained, several.charts_, ms=4, **RIM)
+    draw_by_chart(charts, trained, several.charts_, ms=4, mew=0.4)
     single.set_ylim(*widen(searched, 0.15))
     single.set_ylabel(f"policy weight {WEIGHT_LABELS[dimension]}")
 

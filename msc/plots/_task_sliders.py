@@ -25,13 +25,13 @@ from msc.plots._world import (
 from msc.robot import Arm, Rollout, Workspace
 from msc.study import Experiment
 
-# Of the movements of an experiment.
+FRAME = 6  # time steps from one picture of a film of predictions to the next
+# An experiment's movements.
 WAYS: dict[str, dict[str, Any]] = {
     "searched": {"colour": COLOURS["searched"], "width": 6.0, "opacity": 0.55},
     "single regression": {"colour": COLOURS["single regression"], "width": 3.0},
     "charts": {"colour": COLOURS["charts"], "width": 3.0},
 }
-DASHES = {"single regression": (5.0, 3.0)}
 
 Array = NDArray[np.float64]
 
@@ -60,7 +60,7 @@ def slide_execution(experiment: Experiment, *, every: int = 2) -> Slider:
     with Arm(world) as arm:
         rollouts, error_cm = _execute(arm, policies, degrees)
     moving = {
-        name: mark_arm(rollouts[name], world, every=3, **look)
+        name: mark_arm(rollouts[name], world, FRAME // 2, **look)
         for name, look in WAYS.items()
     }
     charts = experiment.methods["charts"].predict_chart(tasks)
@@ -133,7 +133,7 @@ def slide_predictions(
     marks = _mark_by_chart(world.target(trained), skill)
     marks.append(mark_goal(world, angles, "ring", radius=0.05, width=3.0))
     for name, some in rollouts.items():
-        marks.append(mark_arm(some, world, every=6, colour=COLOURS[name], width=3.0))
+        marks.append(mark_arm(some, world, FRAME, colour=COLOURS[name], width=3.0))
     alt = "The arm from above, goals coloured by chart, the goal, and the movements."
     points = np.c_[trained, np.asarray(policies)[:, weight]]
     return Slider(
@@ -249,7 +249,7 @@ def _error_panel(degrees: Array, error_cm: Mapping[str, Array]) -> Panel:
         [],
         logs,
         width=4.5,
-        dashes=DASHES,
+        dashes={"single regression": (5.0, 3.0)},
         aspect=FLAT,
         y_label="execution error (cm)",
         y_ticks=tuple(map(float, decades)),

@@ -21,7 +21,7 @@ Many policies stand in front, ``(n_policies, …)``; where arms are moved in loc
 
 from typing import TYPE_CHECKING
 
-from press._lazy import face
+from press import face
 
 if TYPE_CHECKING:
     from msc.robot._arm import Arm, Rollout, cached_arm

@@ -102,21 +102,7 @@ class BulletWorld:
     def track(
         self, plan: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Follow planned joint angles by PID torques in the physics world.
-
-        Parameters
-        ----------
-        plan : ndarray of shape (n_policies, n_steps + 1, 3)
-            Joint angles to follow (rad), for at most `n_arms` policies.
-
-        Returns
-        -------
-        joints : ndarray of shape (n_policies, n_steps + 1, 3)
-            Joint angles that came about (rad).
-        impulse : ndarray of shape (n_policies,)
-            Their `Rollout.contact_impulse` (N s): PyBullet reports the forces of the
-            last sub-step of each time step, which stand for all of it.
-        """
+        """Follow planned joint angles by PID torques in the physics world."""
         with _TURN:
             self._refuse_if_busy()
             if self.client_id < 0:

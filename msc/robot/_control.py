@@ -20,34 +20,12 @@ _Array = NDArray[np.float64]
 
 
 def rod_inertia(length: ArrayLike, mass: ArrayLike) -> _Array:
-    """Return the moment of inertia of slender rods about their middle.
-
-    Parameters
-    ----------
-    length, mass : float or array_like
-        Of the rods (m, kg).
-
-    Returns
-    -------
-    float or ndarray
-        Moments of inertia (kg m²).
-    """
+    """Return the moment of inertia of slender rods about their middle."""
     return np.asarray(mass) * np.square(length) / 12
 
 
 def coupled_inertias(link_lengths: ArrayLike, link_masses: ArrayLike) -> _Array:
     """Return the constants of an arm's equations of motion.
-
-    Parameters
-    ----------
-    link_lengths, link_masses : array_like of shape (n_joints,)
-        Of the links, from the base outwards (m, kg).
-
-    Returns
-    -------
-    ndarray of shape (n_joints, n_joints)
-        Constants m of the kinetic energy, ½ Σ mᵢⱼ cos(φᵢ - φⱼ) φ̇ᵢ φ̇ⱼ, where φᵢ is the
-        angle of link i to a fixed direction (kg m²).
 
     Examples
     --------
@@ -217,20 +195,7 @@ class ComputedTorqueController:
         self._torques_of = InverseDynamics(inertias, shape[1])
 
     def torques(self, step: int, state: _Array) -> _Array:
-        """Decide the torques of a time step.
-
-        Parameters
-        ----------
-        step : int
-            Its number; steps are gone through in order.
-        state : ndarray of shape (2, 3, n_arms)
-            Joint angles and velocities (rad, rad/s).
-
-        Returns
-        -------
-        ndarray of shape (3, n_arms)
-            Torques (N m).
-        """
+        """Decide the torques of a time step."""
         proportional, derivative, integral = self._gains
         angle, speed, acceleration = self._parts
         self._motion[:2] = state

@@ -25,7 +25,15 @@ _BOUNDS = {"link_lengths": (0.05, 10.0), "link_masses": (0.01, 1000.0)}
 
 
 class Circle(NamedTuple):
-    """A round obstacle, as seen from above (m)."""
+    """A round obstacle, as seen from above.
+
+    Attributes
+    ----------
+    x, y : float
+        Its centre, from the arm's base (m).
+    radius : float
+        Its radius (m).
+    """
 
     x: float
     y: float
@@ -65,18 +73,6 @@ def home_pose(
     link_lengths: tuple[float, float, float], reach: float, heading: float
 ) -> tuple[float, float, float]:
     """Find the pose (q, b, b), b > 0, that puts the end effector at a given place.
-
-    Parameters
-    ----------
-    link_lengths : tuple of float
-        Lengths of the three links (m).
-    reach, heading : float
-        Distance (m) and world angle (rad) of the end effector, seen from the base.
-
-    Returns
-    -------
-    tuple of float
-        Joint angles (rad).
 
     Examples
     --------

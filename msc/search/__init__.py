@@ -1,31 +1,36 @@
-"""One task -> its policy; many tasks -> a table."""
+"""One task -> its policy; many tasks -> a table.
+
+A policy is the six weights of Eq. 7; its `cost` weighs the final distance to the goal
+against the energy of the movement. `search_policy` finds the cheapest policy of one
+task by several runs of CMA-ES, and `record_search` keeps all that these try;
+`search_tasks` carries out a `SweepPlan`, a search of many tasks that neighbours help,
+on processes or a cluster, and goes on where it was interrupted. `audit_table` examines
+what came out. `locate_cut` and `choose_layout` measured the world's two constants.
+`SearchOptions` has all that a search may be told.
+
+A *start* is where a run of CMA-ES begins, a *run* what becomes of it. `task_deg` are
+degrees, counted from the cut; the final distance is `error` (m) in a `Rollout` and a
+`SearchResult`, and the column `distance_m` of a table.
+"""
 
 from typing import TYPE_CHECKING
 
-from press._lazy import face
+from press import face
 
 if TYPE_CHECKING:
     from msc.search._audit import LOWER, audit_table
-    from msc.search._constants import (
-        choose_layout,
-        locate_cut,
-    )
-    from msc.search._generations import (
-        SearchTrace,
-        record_search,
-    )
+    from msc.search._constants import choose_layout, locate_cut
+    from msc.search._options import SearchOptions
     from msc.search._policy import (
         ENERGY_WEIGHT,
         ERROR_WEIGHT,
         SearchResult,
+        SearchTrace,
         cost,
         initial_covariance,
+        record_search,
         search_policy,
     )
-    from msc.search._sweep import (
-        SweepPlan,
-        grid,
-        search_tasks,
-    )
+    from msc.search._sweep import SweepPlan, grid, search_tasks
 
 __all__, __getattr__, __dir__ = face(__name__, __file__)

@@ -3,22 +3,25 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import ArrayLike
+from numpy.typing import NDArray
 
 from msc._parallel import call_in_order
-from msc.data import describe_origin, load_dataset, read_package
+from msc.data import Dataset, describe_origin, find_jumps, load_dataset, read_package
 from msc.robot import Arm, Workspace
-from msc.search._bisection import bisect_jumps
-from msc.search._policy import search_policy
+from msc.search._options import SearchOptions
+from msc.search._policy import SearchResult, search_policy
 
 N_STARTS = 4  # of a search done again, none of them from a known policy
 LOWER = 0.005  # a cost this share below the stored one tells of a missed policy
+FINEST_DEG = 1 / 8  # to which a jump is bisected
+LASTING = 0.7  # share of a step that its larger half must keep to be a jump
 
 
 def audit_table(
@@ -29,6 +32,7 @@ def audit_table(
     seed: int = 1,
     jobs: int = 1,
     progress: bool = False,
+    options: SearchOptions | None = None,
 ) -> dict[str, Any]:
     """Examine a table of searched policies.
 
@@ -47,12 +51,19 @@ def audit_table(
         Worker processes; the result does not depend on them.
     progress : bool, default=False
         Whether to show a progress bar on standard error.
+    options : SearchOptions, optional
+        How the searches go about it; by default ``SearchOptions()``.
 
     Returns
     -------
     dict
-        What `execute_again`, `search_again` and `bisect_jumps` found, under the keys
-        "executed", "searched" and "jumps".
+        Beside the table's name, workspace and origin: under "executed" how many final
+        distances came back to the last bit, and the largest difference (m); under
+        "searched" the tasks drawn (degrees), the change of each one's cost relative to
+        the stored one, and how many are more than 0.5 % cheaper; under "jumps", for
+        each step that `find_jumps` points to on the closed circle, its ends in the
+        table and those closed in on (degrees), the size of the step at each halving,
+        and whether it is a jump: still there at 1/8 degree or less.
 
     Raises
     ------
@@ -60,33 +71,29 @@ def audit_table(
         If the workspace is unknown or another than the data package's, there are fewer
         tasks than are to be drawn, or the seed is one that the table was made with.
     """
-    _, policies, table = load_dataset(path)
-    world = Workspace.named(_find_workspace(path, workspace))
-    if not 1 <= n_sample <= len(table):
-        raise ValueError(f"sample={n_sample}; wanted from 1 to {len(table)} tasks")
-    if seed in set(table["seed"]):
+    data = load_dataset(path)
+    options = options or SearchOptions()
+    where = Workspace.named(_find_workspace(path, workspace))
+    if not 1 <= n_sample <= len(data.table):
+        raise ValueError(f"sample={n_sample}; wanted from 1 to {len(data.table)} tasks")
+    if seed in set(data.table["seed"]):
         raise ValueError(f"seed={seed} made this table; wanted a fresh one")
-    tasks = table["task_deg"].to_numpy()
-    sample = np.random.default_rng(seed).choice(len(table), n_sample, replace=False)
     command = f"msc audit data/{path.name} --sample {n_sample} --seed {seed}"
     command += f" --workspace {workspace}" if workspace else ""
+    command += "".join(f" --set {changed}" for changed in options.changed)
+    drawn = np.random.default_rng(seed).choice(len(data.table), n_sample, replace=False)
+    sample = data.table.iloc[np.sort(drawn)]
+    search = partial(search_policy, seed=seed, options=options)
+    call = partial(call_in_order, jobs=jobs, progress=progress)
     return {
         "table": path.name,
-        "workspace": world.name,
-        "n_tasks": len(table),
+        "workspace": where.name,
+        "n_tasks": len(data.table),
         "seed": seed,
         "provenance": describe_origin(command, path),
-        "executed": execute_again(world, table, policies),
-        "searched": search_again(
-            world,
-            table.iloc[np.sort(sample)],
-            seed=seed,
-            jobs=jobs,
-            progress=progress,
-        ),
-        "jumps": bisect_jumps(
-            world, tasks, policies, seed=seed, jobs=jobs, progress=progress
-        ),
+        "executed": _execute_again(where, data),
+        "searched": _search_again(where, sample, search, call),
+        "jumps": _bisect_jumps(where, data, search, call),
     }
 
 
@@ -116,28 +123,11 @@ def _of_command(command: str) -> str | None:
     return told[1] if told else "free"
 
 
-def execute_again(
-    workspace: Workspace, table: pd.DataFrame, policies: ArrayLike
-) -> dict[str, Any]:
-    """Execute all policies and compare the final distances with the stored ones.
-
-    Parameters
-    ----------
-    workspace : Workspace
-        Where they were searched.
-    table : DataFrame
-        What is stored of them.
-    policies : array_like of shape (n_tasks, n_params)
-        The policies.
-
-    Returns
-    -------
-    dict
-        How many are identical to the last bit, and the largest difference (m).
-    """
+def _execute_again(workspace: Workspace, data: Dataset) -> dict[str, Any]:
+    """Execute all policies and compare the final distances with the stored ones."""
     with Arm(workspace) as arm:
-        rollouts = arm.execute_many(policies, table["task_deg"].to_list())
-    stored = table["distance_m"].to_numpy()
+        rollouts = arm.execute_many(data.policies, data.task_deg.tolist())
+    stored = data.table["distance_m"].to_numpy()
     found = np.array([rollout.error for rollout in rollouts])
     return {
         "identical": int((found == stored).sum()),
@@ -145,51 +135,77 @@ def execute_again(
     }
 
 
-def search_again(
+def _search_again(
     workspace: Workspace,
-    table: pd.DataFrame,
-    *,
-    seed: int,
-    jobs: int = 1,
-    progress: bool = False,
+    sample: pd.DataFrame,
+    search: Callable[..., SearchResult],
+    call: Callable[..., list[Any]],
 ) -> dict[str, Any]:
-    """Search tasks from scratch and compare the costs with the stored ones.
-
-    Parameters
-    ----------
-    workspace : Workspace
-        Where they were searched.
-    table : DataFrame
-        The tasks and what is stored of them.
-    seed : int
-        Seed of the searches.
-    jobs : int, default=1
-        Worker processes.
-    progress : bool, default=False
-        Whether to show a progress bar on standard error.
-
-    Returns
-    -------
-    dict
-        Tasks (degrees), the change of cost relative to the stored one, and how many
-        tasks turned out more than 0.5 % cheaper.
-    """
-    tasks = table["task_deg"].to_list()
-    again = partial(search_policy, seed=seed, n_starts=N_STARTS)
-    found = call_in_order(
-        again,
+    """Search tasks from scratch and compare the costs with the stored ones."""
+    tasks = sample["task_deg"].to_list()
+    found = call(
+        partial(search, n_starts=N_STARTS),
         [(workspace, task) for task in tasks],
-        jobs=jobs,
         label="searched again",
-        progress=progress,
     )
     changes = [
         result.cost / stored - 1
-        for result, stored in zip(found, table["cost"], strict=True)
+        for result, stored in zip(found, sample["cost"], strict=True)
     ]
     return {
         "task_deg": tasks,
         "change_of_cost": changes,
         "n_cheaper": int(np.sum(np.array(changes) < -LOWER)),
         "n_starts": N_STARTS,
+    }
+
+
+def _bisect_jumps(
+    workspace: Workspace,
+    data: Dataset,
+    search: Callable[..., SearchResult],
+    call: Callable[..., list[Any]],
+) -> list[dict[str, Any]]:
+    """Settle which large steps between neighbouring tasks are jumps."""
+    tasks, policies = data.task_deg, data.policies
+    after = np.append(tasks[1:], tasks[0] + 360)
+    calls = [
+        (
+            workspace,
+            (float(tasks[k]), float(after[k])),
+            (policies[k], policies[(k + 1) % len(policies)]),
+        )
+        for k in find_jumps(tasks, policies, closed=True)
+    ]
+    return call(partial(_bisect, search), calls, label="jumps bisected")
+
+
+def _bisect(
+    search: Callable[..., SearchResult],
+    workspace: Workspace,
+    ends_deg: tuple[float, float],
+    policies: tuple[NDArray[np.float64], NDArray[np.float64]],
+) -> dict[str, Any]:
+    """Close in on a step between two tasks, as long as it stays a step."""
+    (low, high), (before, after) = ends_deg, policies
+    sizes = [float(np.linalg.norm(after - before))]
+    while high - low > FINEST_DEG:
+        # The task half-way, from both sides and independently; the larger half goes on.
+        middle = (low + high) / 2
+        found = search(
+            workspace, middle, n_starts=1, start_policies=(before, after)
+        ).policy
+        halves = [float(np.linalg.norm(found - end)) for end in (before, after)]
+        if max(halves) < LASTING * sizes[-1]:
+            break
+        if halves[0] > halves[1]:
+            high, after = middle, found
+        else:
+            low, before = middle, found
+        sizes.append(max(halves))
+    return {
+        "between_deg": list(ends_deg),
+        "located_deg": [low, high],
+        "step_sizes": sizes,
+        "is_jump": high - low <= FINEST_DEG,
     }

@@ -1,6 +1,7 @@
 """CMA-ES: from where a search begins to the policy that costs least around it.
 
-The only module that imports pycma.
+The only module that imports pycma. Equations are those of Hansen's tutorial,
+arXiv 1604.00772.
 """
 
 from __future__ import annotations
@@ -12,10 +13,7 @@ import cma
 import numpy as np
 from numpy.typing import NDArray
 
-NEAR = 0.05  # of a known policy's norm: a run that is so near is on the way to it
-MAX_EVALUATIONS = 4000  # of one start; converged ones take 400 to 2000
-PATIENCE = 1200  # evaluations; a start then still twice as dear as a known one ends
-STALLED, GAIN = 40, 1e-5  # generations that gain less than this share: it ends
+from msc.search._options import SearchOptions
 
 Costs = Callable[[NDArray[np.float64]], list[float]]
 
@@ -37,37 +35,35 @@ class CmaRun:
 
 def minimize(
     costs: Costs,
-    mean: NDArray[np.float64],
-    step: float,
+    x0: NDArray[np.float64],
+    sigma0: float,
     rng: np.random.Generator,
-    shape: NDArray[np.float64],
+    sqrt_cov: NDArray[np.float64],
     *,
     name: str = "start",
     known: Sequence[CmaRun] = (),
+    options: SearchOptions,
 ) -> CmaRun:
-    """Run CMA-ES until it converges, stalls or comes near the policy of a known start.
-
-    It is stalled if 40 generations lowered the best cost by less than a
-    hundred-thousandth.
+    """Run CMA-ES until it converges, stalls or comes near the policy of a known run.
 
     Parameters
     ----------
     costs : callable
-        Gives the costs of policies, an array of shape (9, n_params).
-    mean : ndarray of shape (n_params,)
+        Gives the costs of policies, an array of shape (population, n_params).
+    x0 : ndarray of shape (n_params,)
         Where to begin.
-    step : float
+    sigma0 : float
         Standard deviation of the first policies around it.
     rng : Generator
         All randomness; NumPy's global generator is left alone.
-    shape : ndarray of shape (n_params, n_params)
+    sqrt_cov : ndarray of shape (n_params, n_params)
         Square root of the first covariance, see `msc.search.initial_covariance`.
     name : str, default="start"
         What to call the run.
     known : sequence of CmaRun, optional
-        Earlier runs. A run that is narrower than a twentieth of a known policy's norm,
-        and nearer to it than that, and not cheaper, is stopped. So is one that after
-        1200 evaluations still costs twice as much as the cheapest.
+        Earlier runs, at which this one may be stopped or given up.
+    options : SearchOptions
+        When a run ends, and what is near.
 
     Returns
     -------
@@ -75,42 +71,47 @@ def minimize(
         What was found.
     """
     strategy = cma.CMAEvolutionStrategy(
-        np.zeros(len(mean)),
-        step,
+        np.zeros(len(x0)),
+        sigma0,
         {
             "seed": np.nan,  # all draws come from rng
             "randn": lambda *size: rng.standard_normal(size),
-            "popsize": 9,
-            "maxfevals": MAX_EVALUATIONS,
-            "tolfun": 1e-7,
+            "popsize": options.population,  # lambda (eq. 48)
+            "maxfevals": options.max_evaluations,
+            "tolfun": options.tolerance,
             "verbose": -9,
             "verb_log": 0,
         },
     )
-    policies = np.array([start.policy for start in known])
-    reach = NEAR * np.linalg.norm(policies, axis=-1)
-    paid = np.array([start.cost for start in known])
-    policy, best, merged_into = mean, np.inf, -1
-    earlier = [np.inf] * STALLED  # best costs after the last generations
+    policies = np.array([run.policy for run in known])
+    reach = options.near * np.linalg.norm(policies, axis=-1)
+    paid = np.array([run.cost for run in known])
+    policy, best, merged_into = x0, np.inf, -1
+    earlier = [np.inf] * options.stalled  # best costs after the last generations
     while merged_into < 0 and not strategy.stop():
+        # z ~ N(m, sigma^2 C) (eqs. 38-40), with m = 0 and C = I to begin with, and
+        # x = x0 + A z: the first covariance of policies is sigma0^2 A A'.
         asked = np.array(strategy.ask())
-        tried = mean + asked @ shape.T
+        tried = x0 + asked @ sqrt_cov.T
         values = costs(tried)
-        strategy.tell(asked, values)
+        strategy.tell(asked, values)  # m, sigma and C of the next (eqs. 41-47)
         if min(values) < best:
             policy, best = tried[np.argmin(values)], min(values)
         earlier.append(best)
-        if earlier[-STALLED - 1] - best < GAIN * best:
+        if earlier[-options.stalled - 1] - best < options.gain * best:
             break
         if known:
-            middle = mean + shape @ strategy.mean
-            spread = strategy.sigma * np.linalg.norm(shape @ strategy.B * strategy.D, 2)
-            apart = np.linalg.norm(policies - middle, axis=1)
+            mean = x0 + sqrt_cov @ strategy.mean
+            # The cloud's widest standard deviation: the largest singular value of
+            # sigma A B D, since C = B D^2 B' (eq. 39).
+            axes = sqrt_cov @ strategy.B * strategy.D
+            spread = strategy.sigma * np.linalg.norm(axes, 2)
+            apart = np.linalg.norm(policies - mean, axis=1)
             near = (np.maximum(spread, apart) < reach) & (best >= paid)
             if near.any():
-                nearest = int(near.argmax())
-                first = known[nearest].merged_into
-                merged_into = first if first >= 0 else nearest
-            if strategy.countevals >= PATIENCE and best > 2 * paid.min():
+                reached = int(near.argmax())
+                first = known[reached].merged_into
+                merged_into = first if first >= 0 else reached
+            if strategy.countevals >= options.patience and best > 2 * paid.min():
                 break
     return CmaRun(name, policy, float(best), strategy.countevals, merged_into)

@@ -4,15 +4,14 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
-from itertools import count
+from functools import partial
 from typing import Any
 
 import numpy as np
-from joblib import Parallel, delayed
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from msc._parallel import telling_of_killed_workers
+from msc._parallel import call_in_order
 from msc.data import find_jumps
 from msc.robot import (
     DMP,
@@ -23,11 +22,10 @@ from msc.robot import (
     random_circles,
 )
 from msc.search._cmaes import CmaRun, Costs, minimize
+from msc.search._options import SearchOptions
 from msc.search._policy import (
     ENERGY_WEIGHT,
     ERROR_WEIGHT,
-    FIRST_STEP,
-    SMALL_STEP,
     initial_covariance,
     random_start,
     search_policy,
@@ -43,7 +41,9 @@ MAX_DISTANCE = 0.01  # m; farther from its target a task counts as unreachable
 MIN_JUMPS = 3  # the premise of the paper's Experiment 2
 
 
-def locate_cut(*, seed: int = 0, jobs: int = 1) -> dict[str, Any]:
+def locate_cut(
+    *, seed: int = 0, jobs: int = 1, options: SearchOptions | None = None
+) -> dict[str, Any]:
     """Find where reaching round either side of the base costs the same.
 
     The free circle is walked from both sides, each search starting from the policy
@@ -56,6 +56,8 @@ def locate_cut(*, seed: int = 0, jobs: int = 1) -> dict[str, Any]:
         Seed of the searches.
     jobs : int, default=1
         Worker processes, of which two are of use.
+    options : SearchOptions, optional
+        How the searches go about it; by default ``SearchOptions()``.
 
     Returns
     -------
@@ -66,11 +68,9 @@ def locate_cut(*, seed: int = 0, jobs: int = 1) -> dict[str, Any]:
     """
     middle = 45.0  # opposite the end effector's home; the tie is near
     angles = middle + 5.0 * np.arange(-12, 13)
-    walks = [angles, angles[::-1]]
-    with telling_of_killed_workers():
-        below, above = Parallel(n_jobs=min(jobs, 2))(
-            delayed(_walk)(walk.tolist(), seed) for walk in walks
-        )
+    options = options or SearchOptions()
+    walks = [(walk.tolist(), seed, options) for walk in (angles, angles[::-1])]
+    below, above = call_in_order(_walk, walks, jobs=min(jobs, 2), label="walks")
     advantage = np.array(below) - np.array(above[::-1])
     tie = float(np.interp(0.0, advantage, angles))
     return {
@@ -80,10 +80,13 @@ def locate_cut(*, seed: int = 0, jobs: int = 1) -> dict[str, Any]:
         "tie_deg": tie,
         "cut_deg": math.ceil(2 * tie) / 2,
         "seed": seed,
+        **_told(options),
     }
 
 
-def choose_layout(*, seed: int = 0, jobs: int = 1) -> dict[str, Any]:
+def choose_layout(
+    *, seed: int = 0, jobs: int = 1, options: SearchOptions | None = None
+) -> dict[str, Any]:
     """Find the first layout of obstacles that fulfils the premise of Experiment 2.
 
     Layouts 0, 1, 2, … are searched until one is found whose tasks are all reachable
@@ -97,6 +100,8 @@ def choose_layout(*, seed: int = 0, jobs: int = 1) -> dict[str, Any]:
         Seed of the searches.
     jobs : int, default=1
         Worker processes; layouts are looked at that many at a time.
+    options : SearchOptions, optional
+        How the searches go about it; by default ``SearchOptions()``.
 
     Returns
     -------
@@ -104,50 +109,64 @@ def choose_layout(*, seed: int = 0, jobs: int = 1) -> dict[str, Any]:
         The layout chosen, and for each one looked at its jumps and largest distance.
     """
     looked_at: list[dict[str, Any]] = []
-    layouts = count()
-    with telling_of_killed_workers(), tqdm(desc="layouts", unit="layout") as bar:
+    options = options or SearchOptions()
+    with tqdm(desc="layouts", unit="layout") as bar:
         while not any(layout["fit"] for layout in looked_at):
-            batch = [next(layouts) for _ in range(jobs)]
-            looked_at += Parallel(n_jobs=jobs)(
-                delayed(_look_at)(layout, N_TASKS, seed) for layout in batch
-            )
+            batch = range(len(looked_at), len(looked_at) + jobs)
+            calls = [(layout, N_TASKS, seed, options) for layout in batch]
+            looked_at += call_in_order(_look_at, calls, jobs=jobs, label="batch")
             bar.update(jobs)
     chosen = next(layout["layout"] for layout in looked_at if layout["fit"])
     kept = [layout for layout in looked_at if layout["layout"] <= chosen]
-    return {"chosen": chosen, "n_tasks": N_TASKS, "seed": seed, "layouts": kept}
+    return {
+        "chosen": chosen,
+        "n_tasks": N_TASKS,
+        "seed": seed,
+        **_told(options),
+        "layouts": kept,
+    }
 
 
-def _look_at(layout: int, n_tasks: int, seed: int) -> dict[str, Any]:
+def _told(options: SearchOptions) -> dict[str, list[str]]:
+    """Say which options are not the defaults, if any."""
+    return {"options": list(options.changed)} if options.changed else {}
+
+
+def _look_at(
+    layout: int, n_tasks: int, seed: int, options: SearchOptions
+) -> dict[str, Any]:
     """Search a layout without dynamics: two starts a task, then the neighbours'."""
     dmp = DMP()
-    world = replace(Workspace.free(), circles=random_circles(layout))
+    workspace = replace(Workspace.free(), circles=random_circles(layout))
+    first, small = options.first_step * dmp.spring, options.small_step * dmp.spring
     tasks = grid(n_tasks)
+    tools = [
+        (_planned_cost(workspace, dmp, task), initial_covariance(workspace, task, dmp))
+        for task in tasks
+    ]
     best: list[CmaRun] = []
-    for task in tasks:
+    for task, (cost, cov) in zip(tasks, tools, strict=True):
         rng = np.random.default_rng([seed, layout, round(1000 * task)])
         found: list[CmaRun] = []
         for number in range(2):
-            mean = random_start(number, dmp, rng)
-            step = FIRST_STEP * dmp.spring
-            cost = _planned_cost(world, dmp, task)
-            shape = initial_covariance(world, task, dmp)
-            found.append(minimize(cost, mean, step, rng, shape, known=found))
-        best.append(min(found, key=lambda start: start.cost))
+            x0 = random_start(number, first, dmp, rng)
+            run = minimize(cost, x0, first, rng, cov, known=found, options=options)
+            found.append(run)
+        best.append(min(found, key=lambda run: run.cost))
     for k in [*range(n_tasks), *range(n_tasks)]:
         rng = np.random.default_rng([seed, layout, 1, k])
+        cost, cov = tools[k]
         for neighbour in (best[k - 1], best[(k + 1) % n_tasks]):
-            cost = _planned_cost(world, dmp, tasks[k])
-            step = SMALL_STEP * dmp.spring
-            shape = initial_covariance(world, tasks[k], dmp)
-            start = minimize(cost, neighbour.policy, step, rng, shape, known=[best[k]])
-            best[k] = min(best[k], start, key=lambda start: start.cost)
-    policies = np.array([start.policy for start in best])
+            x0, known = neighbour.policy, [best[k]]
+            run = minimize(cost, x0, small, rng, cov, known=known, options=options)
+            best[k] = min(best[k], run, key=lambda run: run.cost)
+    policies = np.array([run.policy for run in best])
     jumps = find_jumps(tasks, policies)
-    _, path, depth = _plan(world, dmp, policies, np.array(tasks))
-    farthest = float(np.hypot(*(path[:, -1] - world.target(tasks)).T).max())
+    _, path, depth = _plan_joints(workspace, dmp, policies, np.array(tasks))
+    farthest = float(np.hypot(*(path[:, -1] - workspace.target(tasks)).T).max())
     return {
         "layout": layout,
-        "circles": [list(circle) for circle in world.circles],
+        "circles": [list(circle) for circle in workspace.circles],
         "jumps_after_deg": [tasks[jump] for jump in jumps],
         "largest_distance_m": farthest,
         "largest_depth_m": float(depth.max()),
@@ -159,43 +178,43 @@ def _look_at(layout: int, n_tasks: int, seed: int) -> dict[str, Any]:
     }
 
 
-def _planned_cost(world: Workspace, dmp: DMP, task: float) -> Costs:
+def _planned_cost(workspace: Workspace, dmp: DMP, task: float) -> Costs:
     """Give the cost of policies if the arm did what is planned."""
 
     def costs(policies: NDArray[np.float64]) -> list[float]:
-        joints, path, depth = _plan(world, dmp, policies, np.full(len(policies), task))
+        joints, path, depth = _plan_joints(
+            workspace, dmp, policies, np.full(len(policies), task)
+        )
         energy = np.sum(np.diff(joints, axis=1) ** 2, axis=(1, 2)) / KNOT
-        missed = np.sum((path[:, -1] - world.target(task)) ** 2, axis=1)
+        missed = np.sum((path[:, -1] - workspace.target(task)) ** 2, axis=1)
         planned = ERROR_WEIGHT * missed + ENERGY_WEIGHT * energy
         return list(planned + DEPTH_WEIGHT * KNOT * depth.sum(axis=1))
 
     return costs
 
 
-def _plan(
-    world: Workspace,
+def _plan_joints(
+    workspace: Workspace,
     dmp: DMP,
     policies: NDArray[np.float64],
     tasks: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], ...]:
     """Plan joints, the end effector's path and the depth of links in obstacles."""
     times = np.arange(0, 1 + KNOT / 2, KNOT)
-    start = forward_kinematics(world.home, world.link_lengths)[-1]
-    path = dmp.path(policies, start, world.target(tasks), times)
-    joints = inverse_kinematics(path, world.home, world.link_lengths)
-    points = forward_kinematics(joints, world.link_lengths)
-    gaps = [clearance(points, circle) - circle.radius for circle in world.circles]
+    start = forward_kinematics(workspace.home, workspace.link_lengths)[-1]
+    path = dmp.path(policies, start, workspace.target(tasks), times)
+    joints = inverse_kinematics(path, workspace.home, workspace.link_lengths)
+    points = forward_kinematics(joints, workspace.link_lengths)
+    gaps = [clearance(points, circle) - circle.radius for circle in workspace.circles]
     return joints, points[..., -1, :], np.maximum(0, -np.min(gaps, axis=0))
 
 
-def _walk(angles: list[float], seed: int) -> list[float]:
+def _walk(angles: list[float], seed: int, options: SearchOptions) -> list[float]:
     """Return the costs along a branch of policies."""
-    world = Workspace(cut_deg=0.0)
-    found = search_policy(world, angles[0], seed=seed)
+    search = partial(search_policy, Workspace(cut_deg=0.0), seed=seed, options=options)
+    found = search(angles[0])
     costs = [found.cost]
     for angle in angles[1:]:
-        found = search_policy(
-            world, angle, seed=seed, n_starts=0, start_policies=[found.policy]
-        )
+        found = search(angle, n_starts=0, start_policies=[found.policy])
         costs.append(found.cost)
     return costs

@@ -23,6 +23,7 @@ CODE = (
     "robot/_control",
     "robot/_bullet",
     "robot/_arm",
+    "search/_options",
     "search/_cmaes",
     "search/_policy",
     "search/_sweep",

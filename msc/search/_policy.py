@@ -1,4 +1,7 @@
-"""The search: what a rollout costs, and from one task to its policy."""
+"""The search: what a rollout costs, and from one task to its policy.
+
+A search keeps what it found; `record_search` also keeps all that was tried.
+"""
 
 from __future__ import annotations
 
@@ -10,18 +13,18 @@ from numpy.typing import ArrayLike, NDArray
 
 from msc.robot import (
     DMP,
+    Arm,
     Rollout,
     Workspace,
     cached_arm,
     check_policies,
     forward_kinematics,
 )
-from msc.search._cmaes import CmaRun, minimize
+from msc.search._cmaes import CmaRun, Costs, minimize
+from msc.search._options import SearchOptions
 
 ERROR_WEIGHT = 100.0  # 1/m²
 ENERGY_WEIGHT = 0.005  # s/rad²
-FIRST_STEP, SMALL_STEP = 0.5, 0.006  # of CMA-ES, in spring constants
-SAME = 0.01  # of a policy's norm: a start that ends so near has found it too
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,6 +43,8 @@ class SearchResult:
         What its rollout measured, see `Rollout`.
     runs : tuple of CmaRun
         All runs of CMA-ES, in order; the cheapest gave the policy.
+    same : float
+        How near to the policy a run has to end to agree, see `SearchOptions`.
     """
 
     task_deg: float
@@ -49,10 +54,11 @@ class SearchResult:
     energy: float
     contact_impulse: float
     runs: tuple[CmaRun, ...]
+    same: float = SearchOptions.same
 
     @property
     def evaluations(self) -> int:
-        """Rollouts spent, over all starts."""
+        """Rollouts spent, over all runs."""
         return sum(run.evaluations for run in self.runs)
 
     @property
@@ -62,7 +68,7 @@ class SearchResult:
 
     @property
     def n_agreeing(self) -> int:
-        """Starts that ended at the policy, or were stopped on their way to it."""
+        """Runs that ended at the policy, or were stopped on their way to it."""
         return len(self.runs) - len(self._others)
 
     @property
@@ -82,12 +88,12 @@ class SearchResult:
 
     @property
     def _others(self) -> list[CmaRun]:
-        """Starts that did not end at the policy."""
+        """Runs that did not end at the policy."""
         ends = [
             number if run.merged_into < 0 else run.merged_into
             for number, run in enumerate(self.runs)
         ]
-        reach = SAME * np.linalg.norm(self.policy)
+        reach = self.same * np.linalg.norm(self.policy)
         there = [np.linalg.norm(run.policy - self.policy) <= reach for run in self.runs]
         return [run for run, end in zip(self.runs, ends, strict=True) if not there[end]]
 
@@ -120,6 +126,7 @@ def search_policy(
     start_policies: Sequence[ArrayLike] = (),
     incumbent: SearchResult | None = None,
     dmp: DMP | None = None,
+    options: SearchOptions | None = None,
 ) -> SearchResult:
     """Search the policy that solves one task, by CMA-ES.
 
@@ -137,9 +144,11 @@ def search_policy(
     start_policies : sequence of array_like of shape (n_params,), optional
         Starts before those, from given policies and with a small first step.
     incumbent : SearchResult, optional
-        An earlier search of the same task, to go on from: its starts count too.
+        An earlier search of the same task, to go on from: its runs count too.
     dmp : DMP, optional
         What a policy means; by default ``DMP()``.
+    options : SearchOptions, optional
+        How the search goes about it; by default ``SearchOptions()``.
 
     Returns
     -------
@@ -158,7 +167,7 @@ def search_policy(
     >>> found.error < 0.005
     True
     """
-    dmp = dmp or DMP()
+    dmp, options = dmp or DMP(), options or SearchOptions()
     runs = list(incumbent.runs) if incumbent else []
     if n_starts < 0 or n_starts + len(start_policies) + len(runs) == 0:
         raise ValueError(
@@ -181,18 +190,11 @@ def search_policy(
     def costs(policies: NDArray[np.float64]) -> list[float]:
         return [cost(rollout) for rollout in arm.execute_many(policies, task_deg)]
 
-    shape = initial_covariance(workspace, task_deg, dmp)
-    n_before = sum(run.name.startswith("start") for run in runs)
-    for number in range(len(given) + n_starts):
-        rng = start_generator(seed, task_deg, len(runs))
-        if number < len(given):
-            name, mean = f"given {number}", given[number]
-            step = SMALL_STEP * dmp.spring
-        else:
-            fresh = n_before + number - len(given)
-            name, mean = f"start {fresh}", random_start(fresh, dmp, rng)
-            step = FIRST_STEP * dmp.spring
-        runs.append(minimize(costs, mean, step, rng, shape, name=name, known=runs))
+    task = _Task(workspace, task_deg, seed, dmp, options)
+    for number, policy in enumerate(given):
+        runs.append(task.run(costs, runs, (f"given {number}", policy)))
+    for _ in range(n_starts):
+        runs.append(task.run(costs, runs))
     best = min(runs, key=lambda run: run.cost)
     rollout = arm.execute(best.policy, task_deg)
     return SearchResult(
@@ -203,38 +205,63 @@ def search_policy(
         energy=rollout.energy,
         contact_impulse=rollout.contact_impulse,
         runs=tuple(runs),
+        same=options.same,
     )
 
 
-def start_generator(seed: int, task_deg: float, number: int) -> np.random.Generator:
-    """Give a start its source of random numbers, whatever else is searched.
+class _Task:
+    """One task's runs of CMA-ES, each of which is told of those before it."""
 
-    Parameters
-    ----------
-    seed : int
-        Seed of the search.
-    task_deg : float
-        Task angle (degrees).
-    number : int
-        How many starts of the task came before.
+    def __init__(
+        self,
+        workspace: Workspace,
+        task_deg: float,
+        seed: int,
+        dmp: DMP,
+        options: SearchOptions,
+    ) -> None:
+        self._seed = [seed, round(1000 * task_deg) % 360_000]
+        self._dmp, self._options = dmp, options
+        self._sqrt_cov = initial_covariance(workspace, task_deg, dmp)
 
-    Returns
-    -------
-    Generator
-        The source.
-    """
-    return np.random.default_rng([seed, round(1000 * task_deg) % 360_000, number])
+    def run(
+        self,
+        costs: Costs,
+        runs: Sequence[CmaRun],
+        given: tuple[str, NDArray[np.float64]] | None = None,
+    ) -> CmaRun:
+        """Run from a named policy, or from the next independent start."""
+        # A generator of its own: it draws the same whatever else is searched.
+        rng = np.random.default_rng([*self._seed, len(runs)])
+        if given:
+            (name, x0), step = given, self._options.small_step * self._dmp.spring
+        else:
+            number = sum(run.name.startswith("start") for run in runs)
+            step = self._options.first_step * self._dmp.spring
+            name, x0 = f"start {number}", random_start(number, step, self._dmp, rng)
+        return minimize(
+            costs,
+            x0,
+            step,
+            rng,
+            self._sqrt_cov,
+            name=name,
+            known=runs,
+            options=self._options,
+        )
 
 
 def random_start(
-    number: int, dmp: DMP, rng: np.random.Generator
+    number: int, width: float, dmp: DMP, rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """Draw where a start begins: the first at the zero policy, the others anywhere.
+    """Draw where a run begins: the first at the zero policy, the others anywhere.
 
     Parameters
     ----------
     number : int
         The start's number.
+    width : float
+        Standard deviation of the others' weights.
     dmp : DMP
         What a policy means.
     rng : Generator
@@ -247,7 +274,7 @@ def random_start(
     """
     if number == 0:
         return np.zeros(dmp.n_params)
-    return FIRST_STEP * dmp.spring * rng.standard_normal(dmp.n_params)
+    return width * rng.standard_normal(dmp.n_params)
 
 
 def initial_covariance(
@@ -281,7 +308,115 @@ def initial_covariance(
     moved = paths[1:] - paths[0]
     speeds = np.gradient(moved, times, axis=1) / workspace.link_lengths[0]
     ends, speeds = moved[:, -1], speeds.reshape(dmp.n_params, -1)
+    # The best covariance is the inverse Hessian (Hansen's tutorial, arXiv 1604.00772,
+    # section 0.4); here that of what a weight does to the end point and the velocity.
     bend = ERROR_WEIGHT * ends @ ends.T + ENERGY_WEIGHT * times[1] * speeds @ speeds.T
     bend += 1e-9 * np.trace(bend) * np.eye(dmp.n_params)  # where a weight does nothing
-    shape = np.linalg.cholesky(np.linalg.inv(bend))
-    return np.asarray(shape / np.exp(np.mean(np.log(np.diag(shape)))))
+    root = np.linalg.cholesky(np.linalg.inv(bend))
+    return np.asarray(root / np.exp(np.mean(np.log(np.diag(root)))))
+
+
+@dataclass(frozen=True)
+class SearchTrace:
+    """One run of CMA-ES and all that it tried.
+
+    Attributes
+    ----------
+    run : CmaRun
+        What was found, the same as in `SearchResult.runs`.
+    policies : ndarray of shape (n_generations, n_policies, n_params)
+        Weights of Eq. 7, in the order in which they were tried.
+    costs : ndarray of shape (n_generations, n_policies)
+        What each costs.
+    joints : ndarray of shape (n_generations, n_policies, n_steps + 1, 3)
+        What the arm did (rad).
+    """
+
+    run: CmaRun
+    policies: NDArray[np.float64]
+    costs: NDArray[np.float64]
+    joints: NDArray[np.float64]
+
+    @property
+    def evaluations(self) -> NDArray[np.intp]:
+        """Rollouts spent after each generation, of shape (n_generations,)."""
+        n_generations, n_policies = self.costs.shape
+        return np.arange(n_policies, n_policies * n_generations + 1, n_policies)
+
+    @property
+    def best_costs(self) -> NDArray[np.float64]:
+        """Least cost up to each generation, of shape (n_generations,)."""
+        return np.minimum.accumulate(self.costs.min(axis=1))
+
+
+def record_search(
+    workspace: Workspace,
+    task_deg: float,
+    *,
+    seed: int,
+    n_starts: int = 4,
+    options: SearchOptions | None = None,
+) -> list[SearchTrace]:
+    """Search as `search_policy` does, and keep all that is tried.
+
+    Parameters
+    ----------
+    workspace : Workspace
+        The world.
+    task_deg : float
+        Task angle (degrees).
+    seed : int
+        Seed of all random draws, together with the task and the start's number.
+    n_starts : int, default=4
+        Independent starts: from the zero policy, then from random ones.
+    options : SearchOptions, optional
+        How the search goes about it; by default ``SearchOptions()``.
+
+    Returns
+    -------
+    list of SearchTrace
+        One a start, in order.
+
+    Raises
+    ------
+    ValueError
+        If there is no start.
+
+    Examples
+    --------
+    >>> [trace] = record_search(Workspace.free(), 200, seed=1, n_starts=1)
+    >>> bool(trace.best_costs[-1] == trace.run.cost < trace.best_costs[0])
+    True
+    """
+    if n_starts < 1:
+        raise ValueError(f"n_starts={n_starts}; wanted at least one")
+    dmp, options = DMP(), options or SearchOptions()
+    task, arm = (
+        _Task(workspace, task_deg, seed, dmp, options),
+        cached_arm(workspace, dmp),
+    )
+    traces: list[SearchTrace] = []
+    for _ in range(n_starts):
+        tape = _Tape(arm, task_deg)
+        run = task.run(tape, [trace.run for trace in traces])
+        traces.append(SearchTrace(run, *tape.arrays()))
+    return traces
+
+
+class _Tape:
+    """Gives the costs of policies, and remembers what was asked and what happened."""
+
+    def __init__(self, arm: Arm, task_deg: float) -> None:
+        self._arm, self._task_deg = arm, task_deg
+        self._seen: list[tuple[NDArray[np.float64], ...]] = []
+
+    def __call__(self, policies: NDArray[np.float64]) -> list[float]:
+        rollouts = self._arm.execute_many(policies, self._task_deg)
+        costs = [cost(rollout) for rollout in rollouts]
+        joints = np.array([rollout.joints for rollout in rollouts])
+        self._seen.append((policies.copy(), np.array(costs), joints))
+        return costs
+
+    def arrays(self) -> tuple[NDArray[np.float64], ...]:
+        """Stack policies, costs and joints, generation by generation."""
+        return tuple(np.array(kind) for kind in zip(*self._seen, strict=True))

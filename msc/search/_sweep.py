@@ -12,7 +12,7 @@ done first.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -22,20 +22,18 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 from tqdm import tqdm
 
+from msc._parallel import Runner, open_workers
 from msc.data import WEIGHTS
 from msc.robot import Workspace
-from msc.search._cmaes import NEAR
-from msc.search._journal import Journal
+from msc.search._journal import Journal, identify_code
+from msc.search._options import SearchOptions
 from msc.search._policy import (
     ENERGY_WEIGHT,
     ERROR_WEIGHT,
     SearchResult,
     search_policy,
 )
-from msc.search._workers import Run, open_workers
 
-COARSE_DEG = 5.0  # between tasks that are searched without a neighbour's policy
-MAX_SWEEPS = 24  # of each pass; it has always come to rest earlier
 _NEIGHBOURS = ("task before", "task after")  # the policies given to a search
 
 
@@ -55,6 +53,8 @@ class SweepPlan:
         Independent starts a task, where no neighbour is known or starts disagree.
     guide : tuple of (float, tuple of float)
         Tasks and policies found earlier: neighbours that are known from the beginning.
+    options : SearchOptions
+        How the searches go about it.
     """
 
     workspace: Workspace
@@ -62,6 +62,7 @@ class SweepPlan:
     seed: int
     n_starts: int = 3
     guide: tuple[tuple[float, tuple[float, ...]], ...] = ()
+    options: SearchOptions = field(default_factory=SearchOptions)
 
 
 def grid(n_tasks: int, offset_deg: float = 0.0) -> tuple[float, ...]:
@@ -134,10 +135,13 @@ def search_tasks(
         If the journal is in use by another search, or `dask` is not installed.
     """
     tasks, n_tasks = plan.tasks_deg, len(plan.tasks_deg)
-    stride = 1 if plan.guide else max(1, round(COARSE_DEG * n_tasks / 360))
+    stride = 1 if plan.guide else max(1, round(plan.options.coarse_deg * n_tasks / 360))
     levels = [range(0, n_tasks, step) for step in sorted({stride, 1}, reverse=True)]
     results: dict[int, SearchResult] = {}
-    with open_workers(jobs, dask) as run, Journal(journal, plan) as done:
+    with (
+        open_workers(jobs, dask, code=identify_code) as run,
+        Journal(journal, plan) as done,
+    ):
         search = partial(_batch, plan, run, done, progress=progress)
         for level, ring in enumerate(levels):
             new = [k for k in ring if k not in results]
@@ -146,7 +150,7 @@ def search_tasks(
             work: _Work = {k: (_on_either_side(known, tasks[k]), None) for k in new}
             phase = f"level {level}"
             results |= search(phase, work)
-            _make_consistent(search, phase, ring, results)
+            _make_consistent(search, phase, ring, results, plan.options)
     return pd.DataFrame([_row(plan.seed, tasks[k], results[k]) for k in range(n_tasks)])
 
 
@@ -155,10 +159,11 @@ def _make_consistent(
     level: str,
     ring: Sequence[int],
     results: dict[int, SearchResult],
+    options: SearchOptions,
 ) -> None:
     """Search tasks again from their neighbours' policies until nothing spreads."""
     stale = set(range(len(ring)))
-    for sweep in range(MAX_SWEEPS):
+    for sweep in range(options.max_sweeps):
         turn = [place for place in sorted(stale) if place % 2 == sweep % 2]
         work: _Work = {
             ring[place]: (
@@ -174,7 +179,7 @@ def _make_consistent(
         stale -= set(turn)
         for place in turn:
             k = ring[place]
-            if _differ(better[k], results[k]):
+            if _differ(better[k], results[k], options.near):
                 stale |= {(place - 1) % len(ring), (place + 1) % len(ring)}
         results |= better
         if not stale:
@@ -185,22 +190,28 @@ _Work = dict[int, tuple[Sequence[NDArray[np.float64]], SearchResult | None]]
 
 
 def _batch(
-    plan: SweepPlan, run: Run, done: Journal, phase: str, work: _Work, *, progress: bool
+    plan: SweepPlan,
+    run: Runner,
+    done: Journal,
+    phase: str,
+    work: _Work,
+    *,
+    progress: bool,
 ) -> dict[int, SearchResult]:
     """Search the tasks of one phase, those that the journal knows excepted."""
     known = {k: done.results[phase, k] for k in work if (phase, k) in done.results}
-    calls = [(plan, k, *given) for k, given in work.items() if k not in known]
+    left = [k for k in work if k not in known]
     bar = tqdm(
-        run(_search, calls),
+        run(_search, [(plan, k, *work[k]) for k in left]),
         desc=phase,
         initial=len(known),
         total=len(work),
         unit="task",
-        disable=not progress or len(known) == len(work),
+        disable=not progress or not left,
     )
-    for k, result in bar:
-        done.append(phase, k, result)
-        known[k] = result
+    for number, result in bar:
+        done.append(phase, left[number], result)
+        known[left[number]] = result
     return known
 
 
@@ -209,28 +220,29 @@ def _search(
     k: int,
     start_policies: Sequence[NDArray[np.float64]],
     incumbent: SearchResult | None,
-) -> tuple[int, SearchResult]:
+) -> SearchResult:
     """Search one task, in a worker."""
-    workspace, task, seed = plan.workspace, plan.tasks_deg[k], plan.seed
-    result = search_policy(
-        workspace,
-        task,
-        seed=seed,
+    search = partial(
+        search_policy,
+        plan.workspace,
+        plan.tasks_deg[k],
+        seed=plan.seed,
+        options=plan.options,
+    )
+    result = search(
         n_starts=0 if incumbent else 1 if start_policies else plan.n_starts,
         start_policies=start_policies,
         incumbent=incumbent,
     )
     if not incumbent and start_policies and result.n_agreeing < len(result.runs):
-        result = search_policy(
-            workspace, task, seed=seed, n_starts=plan.n_starts - 1, incumbent=result
-        )
-    return k, result
+        result = search(n_starts=plan.n_starts - 1, incumbent=result)
+    return result
 
 
-def _differ(one: SearchResult, other: SearchResult) -> bool:
+def _differ(one: SearchResult, other: SearchResult, near: float) -> bool:
     """Whether two results are different behaviours, not one a little further on."""
     apart = np.linalg.norm(one.policy - other.policy)
-    return bool(apart > NEAR * np.linalg.norm(other.policy))
+    return bool(apart > near * np.linalg.norm(other.policy))
 
 
 def _on_either_side(

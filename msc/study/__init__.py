@@ -1,12 +1,25 @@
-"""Methods against each other, on many training sets."""
+"""Methods against each other, on many training sets.
+
+A *training set* is n of the 360 searched tasks of a world, drawn by a *design* ("even",
+"uniform" or "nonuniform"). All *methods* are fitted to it; an *experiment* predicts the
+policies of the 120 test tasks with each, executes them, and takes *measures*: errors,
+one a test task and method, on a *test subset*. A *study* summarises them by design and
+n, and divides the charts' means by the other methods'; a *profile* says how much it
+does.
+
+- `draw_samples`, `take_evenly`, `nearest_task`, `task_density`: which tasks
+- `methods`, `fit_methods`: who is compared
+- `Experiment`, `execute_policies`, `TEST_SUBSETS`: one training set
+- `run_study`, `Study`, `MEASURES`, `find_cell`, `format_study`: many of them
+- `run_elbows` and, below it, `measure_elbows`, `most_picked`, `choose_criterion`,
+  `compare_gates`, `average_gates`, `compare_clusterers`: the choices inside a skill
+"""
 
 from typing import TYPE_CHECKING
 
-from press._lazy import face
+from press import face
 
 if TYPE_CHECKING:
-    from msc.study._evaluation import Experiment
-    from msc.study._execution import execute_policies
     from msc.study._methods import fit_methods, methods
     from msc.study._sampling import (
         draw_samples,
@@ -22,12 +35,8 @@ if TYPE_CHECKING:
         measure_elbows,
         most_picked,
     )
-    from msc.study._study import (
-        format_study,
-        run_elbows,
-        run_study,
-    )
-    from msc.study._summaries import find_cell
-    from msc.study._trial import MEASURES, TEST_SUBSETS
+    from msc.study._study import run_elbows, run_study
+    from msc.study._summaries import MEASURES, Study, find_cell, format_study
+    from msc.study._trial import TEST_SUBSETS, Experiment, execute_policies
 
 __all__, __getattr__, __dir__ = face(__name__, __file__)

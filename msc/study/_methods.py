@@ -194,25 +194,7 @@ class LinearInterpolation(MultiOutputMixin, RegressorMixin, BaseEstimator):  # t
     """
 
     def fit(self, X: Any, y: Any) -> Self:
-        """Keep the training set.
-
-        Parameters
-        ----------
-        X : array-like of shape (n_tasks, 1)
-            Tasks.
-        y : array-like of shape (n_tasks, n_params) or (n_tasks,)
-            Policies.
-
-        Returns
-        -------
-        LinearInterpolation
-            The fitted regressor.
-
-        Raises
-        ------
-        ValueError
-            If there is more than one task parameter.
-        """
+        """Keep the training set."""
         X, y = validate_pairs(self, X, y)
         if X.shape[1] > 1:
             raise ValueError(f"X has {X.shape[1]} features; wanted one to walk along")
@@ -224,18 +206,7 @@ class LinearInterpolation(MultiOutputMixin, RegressorMixin, BaseEstimator):  # t
         return self
 
     def predict(self, X: Any) -> Array:
-        """Predict the policies of tasks.
-
-        Parameters
-        ----------
-        X : array-like of shape (n_tasks, 1)
-            Tasks.
-
-        Returns
-        -------
-        ndarray of shape (n_tasks, n_params), or (n_tasks,) as in `fit`
-            Predicted policies.
-        """
+        """Predict the policies of tasks, in the shape that `fit` was given."""
         check_is_fitted(self)
         X = validate_points(self, X, reset=False)
         columns = self.policies_.reshape(len(self.tasks_), -1).T

@@ -1,16 +1,23 @@
-"""From the errors of many trials to summaries and ratios, each with its interval."""
+"""From the errors of many trials to a study: summaries and ratios, with intervals.
+
+A study of one workspace is a dictionary, written to `data/results/study_<world>.json`
+and laid out as `Study` says. Claims, tables and figures read it.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from typing import Any
+import json
+import re
+from collections.abc import Callable, Mapping, Sequence
+from functools import partial
+from typing import Any, NamedTuple, TypedDict
 
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from msc.estimates import Resamples, bounded, six_digits
-from msc.study._trial import MEASURES, Trial
+from msc.study._trial import TEST_SUBSETS, Experiment
 
 SAME_KERNEL = ("charts, Matérn", "single, Matérn")  # compared besides "charts"
 FEW = 10  # test tasks; of fewer, a bootstrap's interval is far too narrow
@@ -19,20 +26,137 @@ Array = NDArray[np.float64]
 Errors = dict[str, pd.DataFrame]
 
 
-def measure_errors(trial: Trial) -> Errors:
-    """Measure a trial in every way.
+class Measure(NamedTuple):
+    """What is measured of every method."""
 
-    Parameters
-    ----------
-    trial : Trial
-        One training set and the methods fitted to it.
+    key: str  # in a study
+    name: str  # where it is shown
+    errors: Callable[[Experiment], pd.DataFrame]  # a row a test task, a column a method
+    unit: str = ""  # policy weights have none
+    has_ratio: bool = True  # no share has: it is often zero
+    is_spread: bool = False  # a standard deviation over the test tasks, not their mean
+    of: str = ""  # what a mean squared error is taken of
 
-    Returns
-    -------
-    dict from str to DataFrame
-        For each measure one row a test task, one column a method.
+    @property
+    def label(self) -> str:
+        """What it is called, with its unit."""
+        return f"{self.name} ({self.unit})" if self.unit else self.name
+
+    @property
+    def axis(self) -> str:
+        """What an axis says."""
+        return f"mean squared error\nof {self.of}" if self.of else self.label
+
+
+def _mse(subset: str, *, standardised: bool = False) -> Measure:
+    """Return the measure of squared errors of policies on a test subset."""
+    word = "standardised " if standardised else ""
+    errors = partial(
+        Experiment.squared_errors, subset=subset, standardised=standardised
+    )
+    key, name = f"{word}mse, {subset}", f"{word}MSE, {subset}"
+    return Measure(key, name, errors, of=f"{word}policies, {subset}")
+
+
+def _is_near(experiment: Experiment) -> pd.DataFrame:
+    """Tell who ended within a centimetre of the target."""
+    return experiment.executed_by_method("error_cm") < 1
+
+
+_ERROR, _EXCESS, _TOUCHED = (
+    partial(Experiment.executed_by_method, column=column)
+    for column in ("error_cm", "excess_cost", "touched")
+)
+_SPREAD = "spread of distances at the end"
+MEASURES = {
+    measure.key: measure
+    for measure in (
+        *map(_mse, TEST_SUBSETS),
+        _mse("gate learned", standardised=True),
+        Measure("error_cm", "distance at the end", _ERROR, "cm"),
+        Measure("excess_cost", "excess cost", _EXCESS),
+        Measure("under_1_cm", "under_1_cm", _is_near, has_ratio=False),
+        Measure("touched", "touched", _TOUCHED, has_ratio=False),
+        Measure("error_cm spread", _SPREAD, _ERROR, "cm", is_spread=True),
+    )
+}
+
+
+class Summary(TypedDict):
+    """A method's errors: over test tasks and training sets, and one mean a set.
+
+    Of a measure that is a spread, the latter three are those over the training sets.
     """
-    return {key: measure.errors(trial) for key, measure in MEASURES.items()}
+
+    mean: float
+    low: float  # with `high`: a 95 % interval, see `msc.estimates.Resamples`
+    high: float
+    std: float
+    median: float
+    p95: float
+    n_tasks: int
+    per_repetition: list[float]
+
+
+class Ratio(TypedDict):
+    """The mean of a method's errors over that of another's, see `Resamples`."""
+
+    measure: str
+    method: str
+    baseline: str
+    ratio: float
+    low: float
+    high: float
+
+
+class Cell(TypedDict):
+    """A design and a sample size, of training sets that are all there are or drawn.
+
+    A measure that no test task belongs to is left out, as beside jumps where there are
+    none. Ratios are those of "charts" over all others, and of "charts, Matérn" over
+    "single, Matérn". Shares have none, nor has what fewer than ten test tasks measure,
+    nor what is divided by nothing.
+    """
+
+    design: str  # "even", "uniform" or "nonuniform"
+    n_samples: int
+    repetitions: int  # training sets
+    measures: dict[str, dict[str, Summary]]  # by key of `MEASURES`, by method
+    ratios: list[Ratio]
+
+
+class SweepCell(TypedDict):
+    """A number of charts and a sample size, evenly spaced, and the charts alone."""
+
+    n_charts: int
+    n_samples: int
+    repetitions: int
+    measures: dict[str, dict[str, Summary]]
+
+
+class Provenance(TypedDict):
+    """What made a study, of which tables (checksums), with which packages."""
+
+    command: str
+    data: dict[str, str]
+    versions: dict[str, str]
+
+
+class Study(TypedDict):
+    """All methods in one workspace, at many sample sizes, on many training sets."""
+
+    workspace: str  # "free" or "obstacles"
+    profile: str  # "quick" or "full"
+    seed: int
+    n_charts: int
+    provenance: Provenance
+    cells: list[Cell]
+    sweep: list[SweepCell]
+
+
+def measure_errors(experiment: Experiment) -> Errors:
+    """Measure an experiment in every way: a row a test task, a column a method."""
+    return {key: measure.errors(experiment) for key, measure in MEASURES.items()}
 
 
 def summarise_trials(
@@ -42,35 +166,12 @@ def summarise_trials(
     n_resamples: int = 1_000,
     seed: int = 0,
 ) -> dict[str, Any]:
-    """Summarise trials that differ by their training sets alone.
+    """Summarise experiments that differ by their training sets alone.
 
-    Parameters
-    ----------
-    trials : sequence of dict
-        What `measure_errors` returned, one entry a training set.
-    weights : Series, optional
-        How much each test task counts, indexed as the errors are; by default all the
-        same.
-    n_resamples : int, default=1000
-        Bootstrap resamples.
-    seed : int, default=0
-        Seed of the resampling.
-
-    Returns
-    -------
-    dict
-        Under "measures", by measure and method, a summary; under "ratios" the charts'
-        mean over that of each other method, and those of the two with a Matérn kernel,
-        with the interval of `compare`. A measure without a test task, as beside jumps
-        where there are none, is left out. One of fewer than ten has no ratios: with
-        three test tasks an interval that is meant to miss one time in twenty misses one
-        in four.
-
-    Notes
-    -----
-    A summary's standard deviation, median and 95th percentile are those of all errors,
-    whichever the training set; those of "error_cm spread", which is one number a
-    training set, are over the training sets.
+    Test tasks count by the weights, indexed as the errors are. Standard deviation,
+    median and 95th percentile are those of all errors, whichever the training set. With
+    three test tasks an interval that is meant to miss one time in twenty misses one in
+    four, hence no ratio of fewer than ten.
     """
     measures: dict[str, Any] = {}
     ratios: list[dict[str, Any]] = []
@@ -96,6 +197,66 @@ def summarise_trials(
         if MEASURES[label].has_ratio and shape[1] >= FEW:
             ratios += _divide(label, averages)
     return {"measures": measures, "ratios": ratios}
+
+
+def find_cell(study: Mapping[str, Any], design: str, n_samples: int) -> dict[str, Any]:
+    """Find a study's results for a design and a number of training tasks.
+
+    Parameters
+    ----------
+    study : mapping
+        Results of a study.
+    design : {"even", "uniform", "nonuniform"}
+        How training tasks were drawn.
+    n_samples : int
+        How many.
+
+    Returns
+    -------
+    dict
+        The entry of its "cells".
+
+    Raises
+    ------
+    StopIteration
+        If there is none.
+    """
+    found: dict[str, Any] = next(
+        cell
+        for cell in study["cells"]
+        if (cell["design"], cell["n_samples"]) == (design, n_samples)
+    )
+    return found
+
+
+def format_study(found: Mapping[str, Any]) -> str:
+    """Write a study as JSON, a summary or a ratio a line.
+
+    Parameters
+    ----------
+    found : mapping
+        The study.
+
+    Returns
+    -------
+    str
+        The text.
+
+    Examples
+    --------
+    >>> print(format_study({"seed": 0, "cells": [{"mean": 1.5, "per": [1, 2]}]}))
+    {
+      "seed": 0,
+      "cells": [
+        {"mean": 1.5, "per": [1, 2]}
+      ]
+    }
+    <BLANKLINE>
+    """
+    text = json.dumps(found, indent=2, ensure_ascii=False, allow_nan=False)
+    for innermost in (r"\[[^][{}]*\]", r"\{[^{}]*\}"):
+        text = re.sub(innermost, _join_lines, text)
+    return text + "\n"
 
 
 def _describe(errors: Array, weights: ArrayLike | None) -> dict[str, float]:
@@ -127,31 +288,7 @@ def _divide(label: str, averages: dict[str, Array]) -> list[dict[str, Any]]:
     ]
 
 
-def find_cell(study: dict[str, Any], design: str, n_samples: int) -> dict[str, Any]:
-    """Find a study's results for a design and a number of training tasks.
-
-    Parameters
-    ----------
-    study : dict
-        Results of a study.
-    design : {"even", "uniform", "nonuniform"}
-        How training tasks were drawn.
-    n_samples : int
-        How many.
-
-    Returns
-    -------
-    dict
-        The entry of its "cells".
-
-    Raises
-    ------
-    StopIteration
-        If there is none.
-    """
-    found: dict[str, Any] = next(
-        cell
-        for cell in study["cells"]
-        if (cell["design"], cell["n_samples"]) == (design, n_samples)
-    )
-    return found
+def _join_lines(found: re.Match[str]) -> str:
+    """Put brackets, and all that is between them, on one line."""
+    line = " ".join(found[0].split())
+    return f"{line[0]}{line[1:-1].strip()}{line[-1]}"

@@ -2,26 +2,29 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
-from functools import cached_property, partial
-from typing import Any, NamedTuple
+from collections.abc import Iterable
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
-from msc.data import find_jumps, load_dataset
-from msc.robot import Workspace
-from msc.study._execution import execute_policies
-from msc.study._methods import METHODS, N_CHARTS, fit_methods
+from msc.data import Dataset, find_jumps, load_dataset
+from msc.estimates import Estimate, compare
+from msc.learn import SMCE
+from msc.robot import Workspace, cached_arm
+from msc.search import cost
+from msc.study._methods import COMMON, N_CHARTS, fit_methods
 from msc.study._sampling import take_evenly
 
 TEST_SUBSETS = ("gate learned", "chart known", "away from jumps", "beside jumps")
+N_RESAMPLES = {"quick": 1_000, "full": 20_000}  # of a chapter's bootstrap, by profile
 _SIDE = 1e-9  # rad; a test task is predicted from so far before and behind it
 _OTHER = 1e-3  # of a weight; predictions so far apart are two
 
 
-class Trial:
+class Experiment:
     """One world, one training set, the methods, tested on tasks off the grid.
 
     A test task may lie half-way between two training tasks, and which is nearest is
@@ -32,14 +35,20 @@ class Trial:
     ----------
     name : {"free", "obstacles"}
         The workspace and its data.
-    chosen : array_like of int, or int
-        Indices of the grid tasks to train on; or how many, evenly spaced.
+    n_samples : int, optional
+        Training tasks, evenly spaced over the circle; or else `chosen`.
+    chosen : array_like of int, optional
+        Indices of the grid tasks to train on.
     n_charts : int or None, default=4
         Charts, as the paper's figures have them; None leaves it to the elbow.
-    names : iterable of str, default=METHODS
-        Which methods.
+    names : iterable of str, default=COMMON
+        Which of `msc.study.METHODS`; by default not those with other kernels.
+    profile : {"quick", "full"}, default="quick"
+        How many bootstrap resamples an interval rests on.
     seed : int, default=0
-        Seed of the clustering.
+        Seed of the clustering and the resampling.
+    datasets : (Dataset, Dataset), optional
+        Grid and test tasks, if they are loaded already.
 
     Attributes
     ----------
@@ -62,20 +71,30 @@ class Trial:
     def __init__(
         self,
         name: str,
-        chosen: ArrayLike | int,
         *,
+        n_samples: int | None = None,
+        chosen: ArrayLike | None = None,
         n_charts: int | None = N_CHARTS,
-        names: Iterable[str] = METHODS,
+        names: Iterable[str] = COMMON,
+        profile: str = "quick",
         seed: int = 0,
+        datasets: tuple[Dataset, Dataset] | None = None,
     ) -> None:
+        if profile not in N_RESAMPLES:
+            raise ValueError(f"profile={profile!r}; wanted 'quick' or 'full'")
+        if (n_samples is None) == (chosen is None):
+            raise ValueError(
+                f"n_samples={n_samples!r}, chosen={chosen!r}; wanted one of the two"
+            )
         self.workspace = Workspace.named(name)
         self.n_charts, self.names, self.seed = n_charts, tuple(names), seed
-        self.tasks, self.policies, self.table = load_dataset(name)
-        test = load_dataset(f"{name}_test")
+        self.n_resamples = N_RESAMPLES[profile]
+        grid, test = datasets or (load_dataset(name), load_dataset(f"{name}_test"))
+        self.tasks, self.policies, self.table = grid
         self.test_tasks, self.test_policies, self.test_table = test
         self.jumps = find_jumps(self.tasks, self.policies)
-        if np.ndim(chosen) == 0:
-            chosen = take_evenly(self.tasks, chosen)  # type: ignore[arg-type]
+        if n_samples is not None:
+            chosen = take_evenly(self.tasks, n_samples)
         indices, last = np.sort(np.asarray(chosen)).tolist(), len(self.tasks) - 1
         if len(set(indices)) < len(indices) or not set(indices) <= {*range(last + 1)}:
             raise ValueError(
@@ -87,6 +106,12 @@ class Trial:
     def n_samples(self) -> int:
         """Number of training tasks."""
         return len(self.chosen)
+
+    @cached_property
+    def elbow(self) -> int:
+        """Number of charts that the elbow picks on the training policies."""
+        charts = SMCE(random_state=self.seed).fit(self.policies[self.chosen])
+        return int(charts.n_clusters_)
 
     @cached_property
     def methods(self) -> dict[str, Any]:
@@ -227,87 +252,130 @@ class Trial:
         )
         return wide[list(self.methods)]
 
+    def mse_summary(self) -> pd.DataFrame:
+        """Average the squared errors, one row a method, one column a test subset.
 
-class Measure(NamedTuple):
-    """What is measured of every method.
+        Returns
+        -------
+        DataFrame
+            Mean squared errors; "chart known" differs for the charts alone. A subset
+            that has no test task, as beside jumps where there are none, is left out.
+        """
+        means = {subset: self.squared_errors(subset).mean() for subset in TEST_SUBSETS}
+        return pd.DataFrame(means).loc[list(self.methods)].dropna(axis="columns")
 
-    Attributes
+    def executed_summary(self) -> pd.DataFrame:
+        """Summarise what execution costs, one row a method.
+
+        Returns
+        -------
+        DataFrame
+            Excess cost (mean, median), centimetres (mean, standard deviation, median,
+            95th percentile), the share of tasks missed by less than 1 cm, and that
+            which met an obstacle.
+        """
+        groups = self.executed.groupby("method", sort=False)
+        error, excess = groups["error_cm"], groups["excess_cost"]
+        return pd.DataFrame(
+            {
+                "excess cost, mean": excess.mean(),
+                "excess cost, median": excess.median(),
+                "error (cm), mean": error.mean(),
+                "error (cm), std": error.std(),
+                "error (cm), median": error.median(),
+                "error (cm), 95 %": error.quantile(0.95),
+                "share under 1 cm": error.agg(lambda cm: float((cm < 1).mean())),
+                "share that touched": groups["touched"].mean(),
+            }
+        )
+
+    def compare_mse(
+        self, subset: str = "gate learned", baseline: str = "single regression"
+    ) -> Estimate:
+        """Compare the charts' mean squared error with a baseline's.
+
+        Parameters
+        ----------
+        subset : str, default="gate learned"
+            See `squared_errors`.
+        baseline : str, default="single regression"
+            A method.
+
+        Returns
+        -------
+        Estimate
+            The ratio and its interval.
+        """
+        errors = self.squared_errors(subset)
+        return self._compare(f"MSE, {subset}", errors, baseline)
+
+    def compare_executed(
+        self, column: str, baseline: str = "single regression"
+    ) -> Estimate:
+        """Compare what the charts' policies do when executed with a baseline's.
+
+        Parameters
+        ----------
+        column : {"error_cm", "excess_cost"}
+            See `executed`.
+        baseline : str, default="single regression"
+            A method.
+
+        Returns
+        -------
+        Estimate
+            The ratio and its interval.
+        """
+        names = {"error_cm": "execution error", "excess_cost": "excess cost"}
+        errors = self.executed_by_method(column)
+        return self._compare(names[column], errors, baseline)
+
+    def _compare(self, label: str, errors: pd.DataFrame, baseline: str) -> Estimate:
+        return compare(
+            label,
+            errors,
+            "charts",
+            baseline,
+            n_resamples=self.n_resamples,
+            seed=self.seed,
+        )
+
+
+def execute_policies(
+    workspace: Workspace, policies: ArrayLike, table: pd.DataFrame
+) -> pd.DataFrame:
+    """Execute one policy a task and measure it against the searched one.
+
+    Parameters
     ----------
-    key : str
-        Its name in result files.
-    name : str
-        What it is called in a table.
-    errors : callable
-        Takes a trial; one row a test task, one column a method.
-    unit : str
-        Of what it counts; policy weights have none.
-    has_ratio : bool
-        Whether methods are divided by each other; a share is often zero.
-    is_spread : bool
-        Whether it is the standard deviation over the test tasks, not their mean.
-    of : str
-        What the mean squared error is taken of.
+    workspace : Workspace
+        Where.
+    policies : array_like of shape (n_tasks, n_params)
+        Weights of Eq. 7, in the order of the table.
+    table : DataFrame
+        The tasks, and what their searched policies cost: columns `task_deg` and `cost`.
+
+    Returns
+    -------
+    DataFrame
+        One row a task: `task_deg`, `error_cm` (distance of end effector and target at
+        the end), `excess_cost` (cost of this policy minus that of the searched one)
+        and `touched` (whether the arm met an obstacle).
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> tasks = pd.DataFrame({"task_deg": [90.0, 180.0], "cost": [0.05, 0.05]})
+    >>> done = execute_policies(Workspace.free(), np.zeros((2, 6)), tasks)
+    >>> bool((done["error_cm"] > 1).all()), done["touched"].tolist()
+    (True, [False, False])
     """
-
-    key: str
-    name: str
-    errors: Callable[[Trial], pd.DataFrame]
-    unit: str = ""
-    has_ratio: bool = True
-    is_spread: bool = False
-    of: str = ""
-
-    @property
-    def label(self) -> str:
-        """What it is called, with its unit."""
-        return f"{self.name} ({self.unit})" if self.unit else self.name
-
-    @property
-    def axis(self) -> str:
-        """What an axis says."""
-        return f"mean squared error\nof {self.of}" if self.of else self.label
-
-
-_ERROR = partial(Trial.executed_by_method, column="error_cm")
-MEASURES = {
-    one.key: one
-    for one in (
-        *(
-            Measure(
-                f"mse, {subset}",
-                f"MSE, {subset}",
-                partial(Trial.squared_errors, subset=subset),
-                of=f"policies, {subset}",
-            )
-            for subset in TEST_SUBSETS
-        ),
-        Measure(
-            "standardised mse, gate learned",
-            "standardised MSE, gate learned",
-            partial(Trial.squared_errors, standardised=True),
-            of="standardised policies, gate learned",
-        ),
-        Measure("error_cm", "distance at the end", _ERROR, "cm"),
-        Measure(
-            "excess_cost",
-            "excess cost",
-            partial(Trial.executed_by_method, column="excess_cost"),
-        ),
-        Measure(
-            "under_1_cm", "under_1_cm", lambda trial: _ERROR(trial) < 1, has_ratio=False
-        ),
-        Measure(
-            "touched",
-            "touched",
-            partial(Trial.executed_by_method, column="touched"),
-            has_ratio=False,
-        ),
-        Measure(
-            "error_cm spread",
-            "spread of distances at the end",
-            _ERROR,
-            "cm",
-            is_spread=True,
-        ),
+    rollouts = cached_arm(workspace).execute_many(policies, table["task_deg"].tolist())
+    return pd.DataFrame(
+        {
+            "task_deg": table["task_deg"].to_numpy(),
+            "error_cm": [100 * rollout.error for rollout in rollouts],
+            "excess_cost": [cost(rollout) for rollout in rollouts] - table["cost"],
+            "touched": [rollout.touched for rollout in rollouts],
+        }
     )
-}

@@ -5,7 +5,7 @@ from functools import cache
 from html.parser import HTMLParser
 from pathlib import Path
 
-from press._book import pages
+from press import pages
 
 ROOT = Path(__file__).parents[2]
 HTML = ROOT / "_build" / "html"

@@ -14,8 +14,7 @@ from typing import Any
 
 import yaml
 
-from msc.claims._lookups import FIELDS
-from msc.claims._measured import Measurement, parse
+from msc.claims._measures import FIELDS, Measurement, parse
 
 PREDICATES = ("below", "above", "equals", "at_least")
 N_WORDS = 40  # that a quotation may have
@@ -23,78 +22,37 @@ N_WORDS = 40  # that a quotation may have
 _NEEDED = ("id", "claim", "quote", "section", "chapter", "interpretations")
 _TEXTS = ("id", "claim", "quote", "section", "chapter", "margin", "why")
 _MAPPINGS = ("interpretations", "measured", "support")
-_OF_AN_INTERPRETATION = {"unit", "by_construction", "cannot_be_tested", *PREDICATES}
+_BESIDE = {"unit", "by_construction", "cannot_be_tested", *PREDICATES}
 _ID = re.compile(r"[A-Za-z0-9-]+")  # it is an anchor, and names a row
 _REFERENCE = re.compile(r"\{[^{}]*\}|(?:Figures?|Eqs?\.|Section) \d+")
 
 
 @dataclass(frozen=True)
 class Interpretation:
-    """One way to understand a claim.
-
-    Attributes
-    ----------
-    name : str
-        What is read how.
-    measurement : Measurement or None
-        What is measured; None if it cannot be.
-    predicate : str
-        "below", "above", "equals" or "at_least".
-    threshold : float
-        What the measured number is held against.
-    unit : str
-        What follows the number in a sentence.
-    by_construction : str
-        What in the design of the experiment makes the predicate hold; empty if nothing.
-    cannot_be_tested : str
-        Why not; empty if it can.
-    """
+    """One way to understand a claim."""
 
     name: str
-    measurement: Measurement | None = None
+    measurement: Measurement | None = None  # None if nothing can be measured
     predicate: str = "below"
     threshold: float = 1.0
-    unit: str = ""
-    by_construction: str = ""
-    cannot_be_tested: str = ""
+    unit: str = ""  # what follows the number in a sentence
+    by_construction: str = ""  # what in our design makes the predicate hold
+    cannot_be_tested: str = ""  # why not
 
 
 @dataclass(frozen=True)
 class Claim:
-    """One sentence of the paper, and how it is tested.
-
-    Attributes
-    ----------
-    id : str
-        Its name.
-    claim : str
-        What is claimed, in our words.
-    quote : str
-        In the paper's, at most 40 of them.
-    section : str
-        Where in the paper.
-    chapter : str
-        Page of the book that shows it.
-    interpretations : tuple of Interpretation
-        The paper's own first.
-    margin : str
-        Why the thresholds are what they are.
-    support : dict from str to Measurement
-        What else `why` may quote.
-    why : str
-        Why our verdict differs from the paper's; `{name}` stands for what an
-        interpretation or a support measured.
-    """
+    """One sentence of the paper, and how it is tested."""
 
     id: str
-    claim: str
-    quote: str
+    claim: str  # in our words
+    quote: str  # in the paper's
     section: str
-    chapter: str
-    interpretations: tuple[Interpretation, ...]
-    margin: str = ""
-    support: dict[str, Measurement] = field(default_factory=dict)
-    why: str = ""
+    chapter: str  # page of the book that shows it
+    interpretations: tuple[Interpretation, ...]  # the paper's own first
+    margin: str = ""  # why the thresholds are what they are
+    support: dict[str, Measurement] = field(default_factory=dict)  # what `why` quotes
+    why: str = ""  # our verdict differs; {name} is what that measured
 
     @property
     def files(self) -> set[str]:
@@ -187,9 +145,7 @@ def _interpretation(name: str, given: Any, shared: Mapping[str, Any]) -> Interpr
     threshold = given[named[0]]
     if isinstance(threshold, bool) or not isinstance(threshold, int | float):
         raise ValueError(f"{where}: {named[0]}: {threshold!r}; wanted a number")
-    what = {
-        key: value for key, value in given.items() if key not in _OF_AN_INTERPRETATION
-    }
+    what = {key: value for key, value in given.items() if key not in _BESIDE}
     measurement = _measurement("interpretations", name, what, shared)
     return Interpretation(
         name,

@@ -5,71 +5,36 @@ import sys
 import time
 from contextlib import suppress
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-import msc.search._cmaes
-import msc.search._policy
 import msc.search._sweep
-from msc import SearchResult, Workspace
+from msc import SearchResult, Workspace, search_policy
 from msc.cli import main
-from msc.data._tables import COLUMNS
-from msc.search import SweepPlan, grid, search_tasks
+from msc.data import COLUMNS
+from msc.search import SearchOptions, SweepPlan, grid, search_tasks
 from msc.search._cmaes import CmaRun
 from msc.search._journal import Journal
 
 plan = SweepPlan(Workspace.free(), grid(4), seed=0, n_starts=1)
-twofold = replace(plan, n_starts=2)
 
-# A module that cuts searches short, in worker processes too.
-BRIEF = """
-import msc.search._cmaes, msc.search._sweep
-
-msc.search._cmaes.MAX_EVALUATIONS, msc.search._sweep.MAX_SWEEPS = 45, 2
-really = msc.search._sweep._search
-
-def search(*arguments):
-    return really(*arguments)
-
-msc.search._sweep._search = search
-"""
-
-
-def in_short(patch):
-    """Cut the searches short, and the consistency pass after each task's turn.
-
-    Of four tasks, two are searched first.
-    """
-    patch.setattr(msc.search._cmaes, "MAX_EVALUATIONS", 9)
-    patch.setattr(msc.search._sweep, "MAX_SWEEPS", 1)
-    patch.setattr(msc.search._sweep, "COARSE_DEG", 180.0)
-
-
-@pytest.fixture
-def short(monkeypatch):
-    in_short(monkeypatch)
+# Cut short, and the consistency pass after each task's turn. Of four tasks, two are
+# searched first.
+short = SearchOptions(max_evaluations=9, max_sweeps=1, coarse_deg=180.0)
+twofold = replace(plan, n_starts=2, options=short)
+BRIEF = ["--set", "max_evaluations=45", "--set", "max_sweeps=2"]
 
 
 @pytest.fixture(scope="module")
 def whole():
-    with pytest.MonkeyPatch.context() as patch:
-        in_short(patch)
-        return to_csv(search_tasks(twofold))
+    return to_csv(search_tasks(twofold))
 
 
 def to_csv(table):
     return table.to_csv(index=False)
-
-
-def search_in_short(*arguments, really=msc.search._sweep._search):
-    """Search a task, in whatever process."""
-    with pytest.MonkeyPatch.context() as patch:
-        in_short(patch)
-        return really(*arguments)
 
 
 # Tasks
@@ -99,7 +64,7 @@ def test_an_offset_beyond_the_first_step_is_refused(offset):
 # The search of many tasks
 
 
-def test_a_table_has_one_row_a_task(whole, short):
+def test_a_table_has_one_row_a_task(whole):
     table = search_tasks(twofold)
     assert list(table.columns) == list(COLUMNS)
     assert table["task_deg"].tolist() == list(plan.tasks_deg)
@@ -115,19 +80,28 @@ def test_a_table_has_one_row_a_task(whole, short):
     assert to_csv(table) == whole
 
 
-def test_two_workers_find_what_one_finds(whole, short, monkeypatch):
-    monkeypatch.setattr(msc.search._sweep, "_search", search_in_short)
+def test_two_workers_find_what_one_finds(whole):
     assert to_csv(search_tasks(twofold, jobs=2)) == whole
 
 
-def test_a_task_s_own_search_does_not_depend_on_the_others(short, monkeypatch):
-    monkeypatch.setattr(msc.search._sweep, "MAX_SWEEPS", 0)
-    alone = msc.search._policy.search_policy(plan.workspace, 180, seed=0, n_starts=2)
+def test_a_task_s_own_search_does_not_depend_on_the_others():
+    options = replace(short, max_sweeps=0)
+    alone = search_policy(plan.workspace, 180, seed=0, n_starts=2, options=options)
     for n_tasks in (2, 4):
-        table = search_tasks(replace(twofold, tasks_deg=grid(n_tasks)))
+        tasks_deg = grid(n_tasks)
+        table = search_tasks(replace(twofold, tasks_deg=tasks_deg, options=options))
         row = table[table["task_deg"] == 180]
         assert row.iloc[0, 1:7].tolist() == alone.policy.tolist()
         assert row["margin"].item() == alone.margin
+
+
+def test_a_search_under_way_belongs_to_its_options(whole, tmp_path):
+    journal, more = tmp_path / "journal", replace(short, max_evaluations=18)
+    search_tasks(twofold, journal=journal)
+    other = replace(twofold, options=more)
+    found = to_csv(search_tasks(other, journal=journal))
+    assert found == to_csv(search_tasks(other))
+    assert found != whole
 
 
 # Levels and passes, with a made-up search in place of the arm
@@ -147,7 +121,9 @@ def made_up_search(depths):
     """
     calls = []
 
-    def search(world, task, *, seed, n_starts, start_policies=(), incumbent=None):
+    def search(
+        world, task, *, seed, options, n_starts, start_policies=(), incumbent=None
+    ):
         k = round(task * len(depths) / 360)
         basins = [int(policy[0]) for policy in start_policies]
         calls.append((k, basins, n_starts, incumbent is not None))
@@ -170,10 +146,10 @@ def made_up_search(depths):
 def test_the_best_behaviour_spreads_to_all_and_costs_only_fall(order, seed, coarse):
     depths = np.random.default_rng(seed).uniform(1, 2, size=(4, 4))
     depths[:, order[0]] -= 1
+    options = SearchOptions(coarse_deg=coarse)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(msc.search._sweep, "COARSE_DEG", coarse)
         patch.setattr(msc.search._sweep, "search_policy", made_up_search(depths))
-        table = search_tasks(replace(plan, n_starts=4))
+        table = search_tasks(replace(plan, n_starts=4, options=options))
     assert (table["weight_x1"] == order[0]).all()
     np.testing.assert_array_equal(table["cost"], depths[:, order[0]])
 
@@ -210,8 +186,7 @@ def test_tasks_between_start_from_what_was_made_consistent(monkeypatch):
     depths = np.array([[1, 9, 9, 9], [9, 9, 9, 9], [1, 9, 2, 9], [9, 9, 9, 9]])
     search = made_up_search(depths)  # task 2 finds basin 2, and 0 only from task 0
     monkeypatch.setattr(msc.search._sweep, "search_policy", search)
-    monkeypatch.setattr(msc.search._sweep, "COARSE_DEG", 180.0)
-    search_tasks(plan)
+    search_tasks(replace(plan, options=SearchOptions(coarse_deg=180.0)))
     between = [call for call in search.calls if call[0] in (1, 3) and not call[3]]
     assert between == [(1, [0, 0], 1, False), (3, [0, 0], 1, False)]
 
@@ -219,9 +194,8 @@ def test_tasks_between_start_from_what_was_made_consistent(monkeypatch):
 def test_more_starts_are_spent_only_where_the_first_disagree(monkeypatch):
     search = made_up_search(np.tile([1.0, 2, 3], (4, 1)))
     monkeypatch.setattr(msc.search._sweep, "search_policy", search)
-    monkeypatch.setattr(msc.search._sweep, "COARSE_DEG", 180.0)
-    monkeypatch.setattr(msc.search._sweep, "MAX_SWEEPS", 0)
-    table = search_tasks(replace(plan, n_starts=3))
+    options = SearchOptions(coarse_deg=180.0, max_sweeps=0)
+    table = search_tasks(replace(plan, n_starts=3, options=options))
     assert search.calls[2:] == [
         (1, [0, 0], 1, False),  # its start 0 finds basin 1
         (1, [], 2, True),
@@ -240,8 +214,8 @@ def test_a_guide_s_tasks_are_neighbours_known_from_the_beginning(monkeypatch):
     guide = tuple((angle, tuple(behaviour(1))) for angle in (300.0, 60.0))
     search = made_up_search(depths)
     monkeypatch.setattr(msc.search._sweep, "search_policy", search)
-    monkeypatch.setattr(msc.search._sweep, "COARSE_DEG", 180.0)
-    table = search_tasks(replace(plan, n_starts=3, guide=guide))
+    options = SearchOptions(coarse_deg=180.0)
+    table = search_tasks(replace(plan, n_starts=3, guide=guide, options=options))
     assert [call[:2] for call in search.calls if not call[3]] == [
         (k, [1, 1]) for k in range(4)
     ]
@@ -269,7 +243,7 @@ def test_where_nothing_is_known_there_are_no_neighbours():
 
 
 @pytest.mark.parametrize("n_done", [1, 4, 6])
-def test_an_interrupted_search_ends_alike(n_done, whole, short, tmp_path, monkeypatch):
+def test_an_interrupted_search_ends_alike(n_done, whole, tmp_path, monkeypatch):
     journal = tmp_path / "journal"
     really, calls = msc.search._sweep._search, []
 
@@ -288,13 +262,13 @@ def test_an_interrupted_search_ends_alike(n_done, whole, short, tmp_path, monkey
     assert len(journal.read_text("utf-8").splitlines()) == 1 + n_searches
 
 
-def test_a_finished_journal_is_all_it_takes(whole, short, tmp_path, monkeypatch):
+def test_a_finished_journal_is_all_it_takes(whole, tmp_path, monkeypatch):
     search_tasks(twofold, journal=tmp_path / "journal")
     monkeypatch.setattr(msc.search._sweep, "search_policy", None)
     assert to_csv(search_tasks(twofold, journal=tmp_path / "journal")) == whole
 
 
-def test_a_torn_journal_ends_alike(whole, short, tmp_path):
+def test_a_torn_journal_ends_alike(whole, tmp_path):
     journal = tmp_path / "journal"
     search_tasks(twofold, journal=journal)
     content = journal.read_bytes()
@@ -318,25 +292,21 @@ def test_a_search_killed_at_any_moment_goes_on_to_the_same_bytes(
     groups, tmp_path, monkeypatch
 ):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(msc.search._cmaes, "MAX_EVALUATIONS", 45)
-    monkeypatch.setattr(msc.search._sweep, "MAX_SWEEPS", 2)
     arguments = ["search", "--workspace", "obstacles", "--tasks", "4", "--seed", "3"]
+    arguments += BRIEF
     lines = []
     append = Journal.append
     with monkeypatch.context() as patch:
         patch.setattr(Journal, "append", lambda *a: lines.append(a) or append(*a))
         assert main([*arguments, "--jobs", "1", "--out", "whole/table.csv"]) == 0
 
-    Path("brief.py").write_text(BRIEF, "utf-8")
-    program = "import brief, sys; from msc.cli import main; sys.exit(main())"
     journal = tmp_path / "half" / ".table.csv.partial"
     arguments += ["--out", "half/table.csv"]
     rng = np.random.default_rng(0)
     moments = np.sort(rng.choice(np.arange(1, len(lines) - 2), 3, replace=False))
     for moment, jobs in zip(moments, "121", strict=True):
         process = subprocess.Popen(
-            [sys.executable, "-c", program, *arguments, "--jobs", jobs],
-            env={**os.environ, "PYTHONPATH": os.pathsep.join(["", *sys.path])},
+            [sys.executable, "-m", "msc", *arguments, "--jobs", jobs],
             stderr=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
             start_new_session=True,

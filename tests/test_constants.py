@@ -3,23 +3,23 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import msc.search._cmaes
 import msc.search._constants
 from msc import DMP, Arm, SearchResult, Workspace
 from msc.robot import TIME_STEP, Circle, clearance, forward_kinematics, random_circles
-from msc.search import choose_layout, locate_cut
+from msc.search import SearchOptions, choose_layout, locate_cut
 
 
 @pytest.mark.parametrize(("tie", "cut"), [(70.2, 70.5), (70.4, 70.5), (70.6, 71.0)])
 def test_the_cut_is_where_both_sides_cost_the_same(tie, cut, monkeypatch):
-    def search(world, angle, *, seed, n_starts=4, start_policies=()):
+    def search(world, angle, *, seed, options, n_starts=4, start_policies=()):
         assert world.cut_deg == 0
         side = start_policies[0] if start_policies else np.sign(angle - 45)
         cost = 10 - side * (angle - tie) / 100
         return SearchResult(angle, side, cost, 0.0, 0.0, 0.0, ())
 
     monkeypatch.setattr(msc.search._constants, "search_policy", search)
-    found = locate_cut()
+    found, told = locate_cut(), locate_cut(options=SearchOptions(near=0.1))
+    assert told == {**found, "options": ["near=0.1"]}
     assert found["tie_deg"] == pytest.approx(tie)
     assert found["cut_deg"] == cut
     angles = np.array(found["world_angle_deg"])
@@ -31,26 +31,26 @@ def test_the_cut_is_where_both_sides_cost_the_same(tie, cut, monkeypatch):
 def test_the_layout_is_the_first_whose_tasks_are_reached_and_jump(jobs, monkeypatch):
     fits = [False, False, True, True]
 
-    def look_at(layout, n_tasks, seed):
-        assert (n_tasks, seed) == (72, 4)
+    def look_at(layout, n_tasks, seed, options):
+        assert (n_tasks, seed, options) == (72, 4, SearchOptions())
         return {"layout": layout, "fit": fits[layout]}
 
     monkeypatch.setattr(msc.search._constants, "_look_at", look_at)
-    monkeypatch.setattr(msc.search._constants, "Parallel", lambda n_jobs: starcall)
+    monkeypatch.setattr(msc.search._constants, "call_in_order", starcall)
     found = choose_layout(seed=4, jobs=jobs)
     assert found["chosen"] == 2
     assert [one["layout"] for one in found["layouts"]] == [0, 1, 2]
 
 
-def starcall(calls):
-    """Do what joblib would, in this process."""
-    return [function(*arguments, **options) for function, arguments, options in calls]
+def starcall(function, calls, **_):
+    """Do what workers would, in this process."""
+    return [function(*arguments) for arguments in calls]
 
 
-def test_a_look_at_a_layout_says_what_it_found(monkeypatch):
-    monkeypatch.setattr(msc.search._cmaes, "MAX_EVALUATIONS", 9)
-    found = msc.search._constants._look_at(3, n_tasks=6, seed=0)
-    assert found == msc.search._constants._look_at(3, n_tasks=6, seed=0)
+def test_a_look_at_a_layout_says_what_it_found():
+    once = SearchOptions(max_evaluations=9)
+    found = msc.search._constants._look_at(3, n_tasks=6, seed=0, options=once)
+    assert found == msc.search._constants._look_at(3, n_tasks=6, seed=0, options=once)
     assert found["circles"] == [list(circle) for circle in random_circles(3)]
     assert set(found["jumps_after_deg"]) <= set(range(0, 360, 60))
     assert found["fit"] == (
@@ -78,7 +78,7 @@ def test_the_planned_cost_is_that_of_an_arm_that_does_what_is_planned():
 def test_entering_an_obstacle_costs_the_depth_and_the_time():
     free, policies = Workspace.free(), np.zeros((1, 6))
     walled = replace(free, circles=(Circle(-0.5, 0.2, 0.05),))
-    joints, _, depth = msc.search._constants._plan(
+    joints, _, depth = msc.search._constants._plan_joints(
         walled, DMP(), policies, np.array([90.0])
     )
     gaps = (

@@ -1,3 +1,5 @@
+"""Ratios and their intervals; what becomes of intervals that are combined."""
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -5,7 +7,15 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import bootstrap
 
-from msc.estimates import Estimate, Resamples, compare
+from msc.estimates import (
+    Estimate,
+    Resamples,
+    average,
+    bonferroni,
+    compare,
+    difference,
+    quotient,
+)
 
 rng = np.random.default_rng(0)
 difficulty = rng.lognormal(0, 2, size=60)  # of the task, for all methods alike
@@ -138,16 +148,14 @@ def test_averages_are_those_of_the_sets_and_tasks_drawn():
     for spread in (False, True):
         per_set = draws.per_set(values, spread=spread)
         averages = draws.average(per_set)
-        for sets, tasks, average in zip(
-            draws._sets, draws._tasks, averages, strict=True
-        ):
+        for sets, tasks, found in zip(draws._sets, draws._tasks, averages, strict=True):
             drawn = values[np.repeat(range(3), sets.astype(int))]
             drawn = drawn[:, np.repeat(range(5), tasks.astype(int))]
             if spread:  # resampled tasks, but the sample's own correction of n - 1
                 expected = drawn.std(axis=1).mean() * np.sqrt(5 / 4)
             else:
                 expected = drawn.mean()
-            assert average == pytest.approx(expected)
+            assert found == pytest.approx(expected)
     weighted = draws.per_set(values, weights)[0]
     np.testing.assert_allclose(weighted, np.average(values, axis=1, weights=weights))
 
@@ -205,3 +213,105 @@ def test_it_is_said_in_a_sentence():
     found = Estimate(0.5, 0.25, 0.75, "MSE", "mean")
     sentence = "MSE: 0.5 [0.25, 0.75] × mean: lower"
     assert str(found) == repr(found) == sentence
+
+
+# Combined: against simulation, and by their properties
+
+positive = st.floats(1e-3, 1e3)
+factors = st.floats(1.0, 10.0)
+
+
+@st.composite
+def estimates(draw):
+    value = draw(positive)
+    return Estimate(value, value / draw(factors), value * draw(factors), "n = 8")
+
+
+def test_the_interval_of_a_quotient_covers_as_often_as_it_says():
+    seeded = np.random.default_rng(0)
+    scales, truths = (0.1, 0.2), (3.0, 2.0)
+    covered = 0
+    for _ in range(2_000):
+        drawn = np.log(truths) + scales * seeded.standard_normal(2)
+        top, bottom = (
+            Estimate(*np.exp([value, value - 1.96 * scale, value + 1.96 * scale]))
+            for value, scale in zip(drawn, scales, strict=True)
+        )
+        low, high = quotient(top, bottom).bounds
+        covered += low <= 1.5 <= high
+    assert covered / 2_000 == pytest.approx(0.95, abs=0.015)
+
+
+@settings(max_examples=30, deadline=None)
+@given(estimates(), estimates())
+def test_a_quotient_turned_round_is_the_inverse(one, other):
+    forth, back = quotient(one, other), quotient(other, one)
+    assert forth.value * back.value == pytest.approx(1)
+    assert forth.low * back.high == pytest.approx(1)
+    assert forth.label == "n = 8"
+
+
+@settings(max_examples=30, deadline=None)
+@given(estimates(), estimates())
+def test_a_difference_is_wider_than_either(one, other):
+    found = difference(one, other)
+    width = max(one.high - one.low, other.high - other.low)
+    assert found.low <= found.value <= found.high
+    assert found.high - found.low >= width * (1 - 1e-9)
+
+
+def test_what_is_exact_only_scales_the_other():
+    assert quotient(Estimate(4.0, -2.0, 6.0), Estimate(2.0)) == Estimate(2.0, -1.0, 3.0)
+    assert quotient(Estimate(4.0), Estimate(2.0)) == Estimate(2.0)
+    assert difference(Estimate(5.0), Estimate(2.0)) == Estimate(3.0)
+    assert difference(Estimate(5.0, 4.0, 6.0), Estimate(2.0)) == Estimate(3.0, 2.0, 4.0)
+
+
+def test_a_quotient_of_what_may_be_zero_is_refused():
+    with pytest.raises(ValueError, match=r"1 \[−1, 2\]: wanted positive numbers"):
+        quotient(Estimate(1.0, -1.0, 2.0), Estimate(1.0, 0.5, 2.0))
+
+
+def test_exact_numbers_have_an_exact_average():
+    assert average([Estimate(3.0), Estimate(5.0)], geometric=False) == Estimate(4.0)
+    assert np.isnan(average([], geometric=True).value)
+    with pytest.raises(ValueError, match="-1: wanted positive numbers"):
+        average([Estimate(1.0, -1.0, 2.0)], geometric=True)
+
+
+def test_averages_keep_the_widest_interval():
+    same = [Estimate(2.0, 1.0, 4.0)] * 5
+    assert str(average(same, geometric=True)) == "2 [1, 4]"
+    two = [Estimate(1.0, 0.0, 2.0), Estimate(3.0, 2.0, 6.0)]
+    assert average(two, geometric=False) == Estimate(2.0, 1.0, 4.0)
+
+
+@settings(max_examples=30, deadline=None)
+@given(estimates(), st.integers(2, 50))
+def test_more_looks_widen_an_interval(estimate, n_looks):
+    assert bonferroni(estimate, 1).bounds == pytest.approx(estimate.bounds)
+    wider = bonferroni(estimate, n_looks)
+    assert wider.value == pytest.approx(estimate.value)
+    assert 0 < wider.low <= estimate.low * (1 + 1e-9)
+    assert wider.high >= estimate.high * (1 - 1e-9)
+
+
+def test_widening_without_interval_or_through_zero():
+    assert bonferroni(Estimate(4.0), 20) == Estimate(4.0)
+    low, high = bonferroni(Estimate(0.0, -1.0, 2.0), 20).bounds
+    assert (low, high) == pytest.approx((-1.543, 3.085), abs=1e-3)
+
+
+def test_numbers_are_said_to_three_digits():
+    assert str(Estimate(2336.4, 0.12345, 1e6)) == "2,340 [0.123, 1e+06]"
+    assert str(Estimate(-4)) == "−4"
+
+
+@settings(max_examples=30, deadline=None)
+@given(estimates())
+def test_what_is_stored_is_read_again_to_six_digits(estimate):
+    again = Estimate.read(estimate.stored("mean"), "mean")
+    assert again.value == pytest.approx(estimate.value, rel=1e-5)
+    assert again.bounds == pytest.approx(estimate.bounds, rel=1e-5)
+    assert again.stored("mean") == estimate.stored("mean")
+    assert Estimate(3.0).stored("n") == {"n": 3.0, "low": None, "high": None}

@@ -1,0 +1,366 @@
+"""The command line: `msc COMMAND …`.
+
+A command is a function that takes the parsed arguments and one, `_add_…`, that declares
+them; both stand together. Those of the book are the press's own, which is handed what
+this package tells of itself. The simulator, the search, the study and the claims, which
+take seconds to load, are imported by the commands that need them.
+"""
+
+import argparse
+import json
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+from msc._parallel import WorkersLost
+from msc.data import load_dataset, read_package, save_table
+from msc.robot import Workspace
+from press import (
+    BOOK_COMMANDS,
+    Commands,
+    Subject,
+    add_jobs,
+    add_profile,
+    add_seed,
+    check_output,
+    make_parser,
+    pages,
+    replace_file,
+    run_command,
+    tell_options,
+    write_json,
+)
+
+
+def main(arguments: Sequence[str] | None = None) -> int:
+    """Run one command.
+
+    Parameters
+    ----------
+    arguments : sequence of str, optional
+        Command and options; those of the process by default.
+
+    Returns
+    -------
+    int
+        Exit status: 0; 2 after a bad argument, an unusable file, a killed worker or a
+        failed chapter; 130 if interrupted.
+    """
+    try:
+        return run_command(_parser(), arguments)
+    except WorkersLost as error:
+        print(f"msc: error: {error}; the same command begins anew", file=sys.stderr)
+        return 2
+
+
+def _parser() -> argparse.ArgumentParser:
+    """Return the parser of all commands."""
+    words = "Parameterized skills by manifold clustering."
+    return make_parser("msc", words, COMMANDS, make_subject)
+
+
+def make_subject(root: Path) -> Subject:
+    """Return what the book is told of this package, and of the claims in a repository.
+
+    Parameters
+    ----------
+    root : Path
+        The repository.
+
+    Returns
+    -------
+    Subject
+        Numbers and verdicts that pages quote, tables of claims that they include, and
+        the help of all commands.
+
+    Raises
+    ------
+    ValueError
+        If a claim or a result file is not as wanted.
+    """
+    from msc.claims import CLAIMS, VERDICTS, claim_fragments, load_claims, tally
+
+    values: dict[str, object] = {}
+    fragments: dict[str, str] = {}
+    if (root / CLAIMS).is_file():
+        values["n_claims"] = len(load_claims(root / CLAIMS))
+        fragments = claim_fragments(root, {page.stem for page in pages(root)})
+    if (root / VERDICTS).is_file():
+        values["verdicts"] = tally(json.loads((root / VERDICTS).read_text("utf-8")))
+    commands = tell_options(_parser(), width=80)
+    return Subject("msc", ("msc",), commands, values, fragments)
+
+
+def _add_options(parser: argparse.ArgumentParser) -> None:
+    """Declare how options of the search are set."""
+    parser.add_argument(
+        "--set",
+        metavar="NAME=VALUE",
+        action="append",
+        default=[],
+        help="an option of the search, as max_evaluations=400; may be repeated",
+    )
+
+
+def _add_search(commands: Commands) -> None:
+    """Declare `msc search`."""
+    parser = commands.add_parser("search", help="search the policies of many tasks")
+    parser.add_argument("--workspace", default="free", help="free (default), obstacles")
+    parser.add_argument("--tasks", type=int, default=72, help="how many (72)")
+    parser.add_argument("--offset", type=float, default=0.0, help="first angle (0)")
+    parser.add_argument("--guide", type=Path, help="a table: neighbours to start from")
+    add_seed(parser)
+    add_jobs(parser)
+    parser.add_argument(
+        "--dask", metavar="tcp://HOST:PORT", help="a Dask scheduler; or tls://"
+    )
+    _add_options(parser)
+    parser.add_argument("--out", type=Path, required=True, help="a .csv file")
+    parser.set_defaults(run=_run_search)
+
+
+def _run_search(options: argparse.Namespace) -> None:
+    """Search and write a table; go on where an interrupted search stopped."""
+    from msc.search import SearchOptions, SweepPlan, grid, search_tasks
+
+    guide: tuple[tuple[float, tuple[float, ...]], ...] = ()
+    if options.guide:
+        known = load_dataset(options.guide)
+        policies = map(tuple, known.policies.tolist())
+        guide = tuple(zip(known.task_deg.tolist(), policies, strict=True))
+    plan = SweepPlan(
+        Workspace.named(options.workspace),
+        grid(options.tasks, options.offset),
+        options.seed,
+        guide=guide,
+        options=SearchOptions.parse(options.set),
+    )
+    out: Path = options.out
+    check_output(out, ".csv", jobs=options.jobs, seed=options.seed)
+    read_package(out.parent)
+    journal = out.with_name(f".{out.name}.partial")
+    try:
+        table = search_tasks(
+            plan,
+            jobs=options.jobs,
+            dask=options.dask,
+            journal=journal,
+            progress=True,
+        )
+    except KeyboardInterrupt:
+        print("msc: the same command goes on from here", file=sys.stderr)
+        raise
+    except WorkersLost as error:
+        raise ValueError(f"{error}; the same command goes on from here") from None
+    command = (
+        f"msc search --workspace {options.workspace} --tasks {options.tasks}"
+        f" --offset {options.offset:.17g} --seed {options.seed}"
+        + (f" --guide data/{options.guide.name}" if options.guide else "")
+        + "".join(f" --set {changed}" for changed in plan.options.changed)
+        + f" --out data/{out.name}"
+    )
+    save_table(table, out, command=command, seed=options.seed)
+    journal.unlink(missing_ok=True)
+    print(
+        f"{out}: {len(table)} tasks, at most {table['distance_m'].max():.2g} m missed"
+    )
+
+
+def _add_audit(commands: Commands) -> None:
+    """Declare `msc audit`."""
+    parser = commands.add_parser("audit", help="examine a table of policies")
+    parser.add_argument("table", type=Path, help="a .csv file, as data/free.csv")
+    parser.add_argument(
+        "--workspace", help="free, obstacles; by default as the data package has it"
+    )
+    parser.add_argument("--sample", type=int, default=36, help="tasks searched again")
+    add_seed(parser, 1, "a fresh seed")
+    add_jobs(parser)
+    _add_options(parser)
+    parser.add_argument("--out", type=Path, help="a .json file")
+    parser.set_defaults(run=_run_audit)
+
+
+def _run_audit(options: argparse.Namespace) -> None:
+    """Execute a table's policies again, search some again, bisect its jumps."""
+    from msc.search import LOWER, SearchOptions, audit_table
+
+    out: Path | None = options.out
+    if out:
+        check_output(out, ".json", jobs=options.jobs, seed=options.seed)
+    found = audit_table(
+        options.table,
+        options.workspace,
+        n_sample=options.sample,
+        seed=options.seed,
+        jobs=options.jobs,
+        progress=True,
+        options=SearchOptions.parse(options.set),
+    )
+    if out:
+        write_json(out, found)
+    executed, searched = found["executed"], found["searched"]
+    print(
+        f"executed again: {executed['identical']} of {found['n_tasks']} distances "
+        f"identical, the others within {executed['largest_difference_m']:.1e} m"
+    )
+    print(
+        f"searched again: {searched['n_cheaper']} of {len(searched['task_deg'])} tasks "
+        f"cheaper by more than {LOWER:.1%}, at most "
+        f"{max(0.0, -min(searched['change_of_cost'])):.2%}"
+    )
+    for jump in found["jumps"]:
+        low, high = jump["located_deg"]
+        verdict = "jump" if jump["is_jump"] else "no jump"
+        print(f"{verdict} between {low:.10g} and {high:.10g} degrees")
+
+
+def _add_survey(commands: Commands) -> None:
+    """Declare `msc survey`."""
+    parser = commands.add_parser("survey", help="measure what fixed the world")
+    parser.add_argument("constant", choices=("cut", "layout"), help="which constant")
+    add_seed(parser)
+    add_jobs(parser)
+    _add_options(parser)
+    parser.add_argument("--out", type=Path, required=True, help="a .json file")
+    parser.set_defaults(run=_run_survey)
+
+
+def _run_survey(options: argparse.Namespace) -> None:
+    """Measure where the circle is cut, or find the first fit layout of obstacles."""
+    from msc.search import SearchOptions, choose_layout, locate_cut
+
+    out: Path = options.out
+    check_output(out, ".json", jobs=options.jobs, seed=options.seed)
+    measure = locate_cut if options.constant == "cut" else choose_layout
+    how = SearchOptions.parse(options.set)
+    found = measure(seed=options.seed, jobs=options.jobs, options=how)
+    write_json(out, found)
+    print(out)
+
+
+def _add_render(commands: Commands) -> None:
+    """Declare `msc render`."""
+    parser = commands.add_parser("render", help="draw a movement of the arm")
+    parser.add_argument("--workspace", default="free", help="free (default), obstacles")
+    parser.add_argument("--task", type=float, required=True, help="task angle, degrees")
+    parser.add_argument(
+        "--policy",
+        type=float,
+        nargs="+",
+        help="six weights; by default the searched policy of the nearest task",
+    )
+    parser.add_argument(
+        "--out", type=Path, required=True, help="a .png, .gif or .mp4 file"
+    )
+    parser.set_defaults(run=_run_render)
+
+
+def _run_render(options: argparse.Namespace) -> None:
+    """Execute a policy and draw what happened: a strip of pictures or a film."""
+    from msc.plots import check_suffix, render
+    from msc.robot import Arm
+
+    out: Path = options.out
+    check_suffix(out)
+    check_output(out, out.suffix)
+    world = Workspace.named(options.workspace)
+    target = world.target(options.task)
+    policy, origin = options.policy, "the given policy"
+    if policy is None:
+        _, policies, table = load_dataset(options.workspace)
+        gaps = (table["task_deg"] - options.task + 180) % 360 - 180
+        nearest = int(gaps.abs().argmin())
+        policy = policies[nearest]
+        origin = f"the policy searched for {table['task_deg'][nearest]:g}°"
+    with Arm(world) as arm:
+        rollout = arm.execute(policy, options.task)
+    render(world, rollout, target, out)
+    print(f"{out}: {origin} ends {100 * rollout.error:.2f} cm from the target")
+
+
+def _add_evaluate(commands: Commands) -> None:
+    """Declare `msc evaluate`."""
+    parser = commands.add_parser("evaluate", help="compare all methods, many times")
+    add_profile(parser)
+    add_seed(parser)
+    add_jobs(parser)
+    parser.add_argument(
+        "--out-dir",
+        type=Path,
+        default=Path("data/results"),
+        help="a folder (data/results)",
+    )
+    parser.set_defaults(run=_run_evaluate)
+
+
+def _run_evaluate(options: argparse.Namespace) -> None:
+    """Study both workspaces; write each one's results as soon as they are there."""
+    from msc.study import format_study, run_elbows, run_study
+
+    worlds = "free", "obstacles"
+    folder: Path = options.out_dir
+    what = {"profile": options.profile, "seed": options.seed, "jobs": options.jobs}
+    what |= {"progress": True}
+    for world in worlds:
+        out = folder / f"study_{world}.json"
+        check_output(out, ".json", jobs=options.jobs, seed=options.seed)
+        for table in (world, f"{world}_test"):
+            load_dataset(table)
+    for world in worlds:
+        out = folder / f"study_{world}.json"
+        replace_file(out, format_study(run_study(world, **what)))
+        print(out)
+        out = folder / f"elbow_{world}.json"
+        replace_file(out, format_study(run_elbows(world, **what)))
+        print(out)
+
+
+def _add_claims(commands: Commands) -> None:
+    """Declare `msc claims`."""
+    parser = commands.add_parser("claims", help="judge the paper's claims")
+    parser.add_argument("--out", type=Path, help="a .json file")
+    parser.add_argument("--readme", type=Path, help="a .md file, to be renewed")
+    parser.set_defaults(run=_run_claims)
+
+
+def _run_claims(options: argparse.Namespace) -> None:
+    """Hold the measured results against every claim; print the verdicts."""
+    from msc.claims import judge_all, summarise, with_summary
+
+    out: Path | None = options.out
+    readme: Path | None = options.readme
+    if out:
+        check_output(out, ".json")
+    text = ""
+    if readme:
+        text = readme.read_text(encoding="utf-8")
+        with_summary(text, {})  # refuses what has no place for it
+    verdicts = judge_all(Path.cwd())
+    width = max(len(one.claim.id) for one in verdicts)
+    for one in verdicts:
+        print(f"{one.claim.id:{width}}  {one.words:18}  {one.measured}")
+        if one.differs:
+            print(f"{'':{width}}  {'':18}  {one.sentence}")
+    for one in verdicts:
+        if one.unexplained:
+            print(f"{one.claim.id}: {one.verdict}, but no `why` quotes a measurement")
+    if out:
+        write_json(out, summarise(verdicts))
+        print(out)
+    if readme:
+        replace_file(readme, with_summary(text, summarise(verdicts)))
+        print(readme)
+
+
+_run, *_others = BOOK_COMMANDS
+COMMANDS = (
+    _add_search,
+    _add_audit,
+    _add_survey,
+    _add_render,
+    _add_evaluate,
+    _run,
+    _add_claims,
+    *_others,
+)

@@ -1,0 +1,142 @@
+"""What a search may be told: how wide, how long, how near is near."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass, fields
+from numbers import Real
+from typing import Any
+
+
+@dataclass(frozen=True)
+class SearchOptions:
+    """How a search goes about its work.
+
+    The tables of this book were made with the defaults. Lengths in policies are shares
+    of a policy's norm, or of the spring constant where there is no policy yet.
+
+    Parameters
+    ----------
+    first_step : float, default=0.5
+        CMA-ES's first standard deviation from an independent start, and that of the
+        random starts around zero, in spring constants. So wide that starts find
+        different ways to move, and one of them the cheapest.
+    small_step : float, default=0.006
+        The first standard deviation from a given policy, in spring constants. A
+        neighbour's policy is nearly right: a wide step would leave its way to move.
+    population : int, default=9
+        Policies a generation: CMA-ES's own rule, 4 + 3 ln n, for six weights.
+    tolerance : float, default=1e-7
+        A run ends once the costs of its generations differ by less.
+    max_evaluations : int, default=4000
+        A run ends with the generation whose rollouts exceed this; converged runs take
+        400 to 2000.
+    patience : int, default=1200
+        Rollouts after which a run that is still twice as dear as the cheapest known one
+        is given up: most runs have converged by then.
+    stalled : int, default=40
+        Generations that a run may go on without gaining.
+    gain : float, default=1e-5
+        Share of the best cost that these must gain; less is below what the comparison
+        of two ways to move needs.
+    near : float, default=0.05
+        A run narrower than this share of a known policy's norm, and nearer to it, and
+        not cheaper, is on the way there: it is stopped. Two results of a task farther
+        apart are different behaviours, of which a neighbour is told.
+    same : float, default=0.01
+        A run that ends nearer than this share to the best policy has found it too.
+        Runs of one basin end much nearer, other basins are much farther.
+    coarse_deg : float, default=5.0
+        Degrees between the tasks that are searched first, without a neighbour's policy:
+        far fewer than tasks, and dense enough that each way to move is met.
+    max_sweeps : int, default=24
+        Sweeps of a consistency pass, at most; it has always come to rest earlier.
+
+    Raises
+    ------
+    ValueError
+        If a value is no number as wanted.
+
+    Examples
+    --------
+    >>> SearchOptions(max_evaluations=90).changed
+    ('max_evaluations=90',)
+    """
+
+    first_step: float = 0.5
+    small_step: float = 0.006
+    population: int = 9
+    tolerance: float = 1e-7
+    max_evaluations: int = 4000
+    patience: int = 1200
+    stalled: int = 40
+    gain: float = 1e-5
+    near: float = 0.05
+    same: float = 0.01
+    coarse_deg: float = 5.0
+    max_sweeps: int = 24
+
+    def __post_init__(self) -> None:
+        """Check all values, and make numbers of other kinds Python's own."""
+        for field in fields(self):
+            value: Any = getattr(self, field.name)
+            kind: type[float] = float if isinstance(field.default, float) else int
+            if kind is float:
+                least, wanted = 5e-324, "a finite number above 0"
+            else:
+                least = {"population": 2, "max_sweeps": 0}.get(field.name, 1)
+                wanted = f"a whole number, at least {least}"
+            is_number = isinstance(value, Real)
+            if not (is_number and least <= value < math.inf and kind(value) == value):
+                raise ValueError(f"{field.name}={value!r}; wanted {wanted}")
+            object.__setattr__(self, field.name, kind(value))
+
+    @property
+    def changed(self) -> tuple[str, ...]:
+        """Options that differ from the defaults, each as ``"name=value"``."""
+        values = {field: getattr(self, field.name) for field in fields(self)}
+        return tuple(
+            f"{field.name}={value!r}"
+            for field, value in values.items()
+            if value != field.default
+        )
+
+    @classmethod
+    def parse(cls, texts: Iterable[str]) -> SearchOptions:
+        """Read options as a command line has them.
+
+        Parameters
+        ----------
+        texts : iterable of str
+            Each ``"name=value"``.
+
+        Returns
+        -------
+        SearchOptions
+            These, and defaults for the others.
+
+        Raises
+        ------
+        ValueError
+            If a name is unknown or a value is no number as wanted.
+
+        Examples
+        --------
+        >>> SearchOptions.parse(["near=0.1"]).near
+        0.1
+        """
+        known = [field.name for field in fields(cls)]
+        values: dict[str, float] = {}
+        for text in texts:
+            name, _, value = text.partition("=")
+            if name not in known:
+                raise ValueError(
+                    f"{text!r} sets nothing known; wanted NAME=VALUE with a name of "
+                    f"{', '.join(known)}"
+                )
+            try:
+                values[name] = float(value)
+            except ValueError:
+                raise ValueError(f"{name}={value!r}; wanted a number") from None
+        return cls(**values)  # type: ignore[arg-type]
