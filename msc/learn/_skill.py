@@ -67,7 +67,7 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
     regressor : regressor or None, default=None
         Cloned for every chart and policy dimension; None is `gaussian_process()`, to
         which a policy that repeats another of its task, exactly or nearly
-        (`msc.learn._copies`), is given once.
+        (`find_copies`), is given once.
     random_state : int, RandomState instance, Generator or None, default=None
         Given to every part whose own `random_state` is None. None draws fresh
         entropy; NumPy's global generator is left alone.

@@ -55,7 +55,7 @@ def run_study(
     name : {"free", "obstacles"}
         The workspace and its data.
     profile : {"quick", "full"}, default="quick"
-        How much to do, see `msc.study._sampling`.
+        How much to do, see `Profile`.
     seed : int, default=0
         Seed of the training sets, the clustering and the resampling.
     jobs : int, default=1
@@ -142,7 +142,7 @@ def run_elbows(
     name : {"free", "obstacles"}
         The workspace and its data.
     profile : {"quick", "full"}, default="quick"
-        How much to do, see `msc.study._sampling`.
+        How much to do, see `Profile`.
     seed : int, default=0
         Seed of the resamplings.
     jobs : int, default=1
