@@ -1,4 +1,20 @@
-"""Arrays -> figures, sliders, tables and films."""
+"""Arrays -> figures, sliders, tables and films.
+
+Everything here only draws what the floors below have found:
+
+    ===================  ==========================================================
+    ``plot_*``           a Matplotlib figure, in the one style of all
+    ``slide_*``          a slider: a drawing in a page that follows the reader's hand,
+                         without a kernel; on paper a picture
+    ``*_table``          a DataFrame as a chapter shows it
+    ``film``, ``render`` the moving arm at a slant, by casting rays
+    ===================  ==========================================================
+
+Inside, ``draw_*`` draw into a panel of a figure and ``mark_*`` make marks of a slider;
+a world and its arm (`_world`), and the regressions of a skill (`_skill`), are described
+once for both. Colours have their names in `_style` alone. Places are in metres from
+above, tasks in degrees.
+"""
 
 from typing import TYPE_CHECKING
 
