@@ -1,10 +1,19 @@
 """Arrays -> figures, sliders, tables and films.
 
-What is drawn stands behind the other floors; here it only gets its looks. A ``plot_…``
-returns a Matplotlib figure, a ``slide_…`` a `Slider`, which is a page's panels that
-move, and a ``…_table`` a table whose numbers are text. Methods, charts and worlds look
-the same everywhere: `METHOD_STYLES`; tasks are shown in degrees, distances in
-centimetres where a person looks, and axes name their units.
+Everything here only draws what the floors below have found:
+
+    ===================  ==========================================================
+    ``plot_*``           a Matplotlib figure, in the one style of all
+    ``slide_*``          a slider: a drawing in a page that follows the reader's hand,
+                         without a kernel; on paper a picture
+    ``*_table``          a DataFrame as a chapter shows it
+    ``film``, ``render`` the moving arm at a slant, by casting rays
+    ===================  ==========================================================
+
+Inside, ``draw_*`` draw into a panel of a figure and ``mark_*`` make marks of a slider;
+a world and its arm (`_world`), and the regressions of a skill (`_skill`), are described
+once for both. Colours have their names in `_style` alone. Places are in metres from
+above, tasks in degrees.
 
 - `plot_workspaces`, `plot_poses`, `plot_weights`, `plot_followed`, `slide_weight`,
   `film`, `render`, `side_by_side`, `check_suffix`: a world, an arm, a movement
