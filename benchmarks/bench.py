@@ -21,7 +21,7 @@ from searches import measure_growth, measure_searches, measure_skill
 from threadpoolctl import threadpool_limits
 
 from msc import Workspace
-from msc.plots import growth_table, learner_table, rollout_table, smce_table, task_table
+from msc.plots import cost_table
 from msc.search import SearchOptions
 from press import write_json
 
@@ -138,8 +138,8 @@ def show(figures: dict[str, Any]) -> None:
     """Print the tables of the chapter, and what they do not compare."""
     facts = ", ".join(f"{name} {value}" for name, value in figures["machine"].items())
     print(f"\n{facts}\n")
-    for table in (rollout_table, task_table, growth_table, smce_table, learner_table):
-        print(table(figures).to_string(), end="\n\n")
+    for what in ("rollouts", "tasks", "growth", "SMCE", "learners"):
+        print(cost_table(figures, what).to_string(), end="\n\n")
     memory = figures["memory"]
     print(
         f"memory: {memory['growth_mb']:.1f} MB more after {memory['rollouts']} "

@@ -9,15 +9,7 @@ from pathlib import Path
 import pytest
 
 from msc import load_dataset
-from msc.plots import (
-    growth_table,
-    learner_table,
-    load_costs,
-    plot_costs,
-    rollout_table,
-    smce_table,
-    task_table,
-)
+from msc.plots import cost_table, load_costs, plot_costs
 
 BENCH = Path(__file__).parents[1] / "benchmarks" / "bench.py"
 
@@ -89,8 +81,8 @@ def test_committed_smce_is_fast_enough():
 
 def test_what_is_printed_is_the_chapters_tables(run):
     figures, printed = run
-    for table in (rollout_table, task_table, growth_table, smce_table, learner_table):
-        assert table(figures).to_string() in printed
+    for what in ("rollouts", "tasks", "growth", "SMCE", "learners"):
+        assert cost_table(figures, what).to_string() in printed
     assert "MuJoCo" in printed.splitlines()[-3]
 
 
@@ -101,7 +93,7 @@ def test_figure_and_tables_come_from_the_file_alone(run, mujoco):
         for measured in figures["rollouts"].values():
             measured["rollout_over_mujoco"] = None
             measured["milliseconds"]["mujoco"] = None
-        labels = rollout_table(figures).loc["rollout / MuJoCo's, open loop"]
+        labels = cost_table(figures, "rollouts").loc["rollout / MuJoCo's, open loop"]
         assert set(labels) == {"left out"}
     ways, growth = plot_costs(figures, {"free": load_dataset("free")[2]}).axes
     n_ways = 6 if figures["rollouts"]["free"]["milliseconds"]["mujoco"] else 5
@@ -124,3 +116,8 @@ def test_a_missing_or_old_file_is_named(tmp_path):
         ValueError, match=r"lacks rollouts, searches, growth, skill, learners"
     ):
         load_costs(tmp_path / "old.json")
+
+
+def test_costs_of_something_else_are_refused():
+    with pytest.raises(ValueError, match=r"what='films'; wanted one of \('rollouts', "):
+        cost_table(load_costs(), "films")

@@ -8,7 +8,6 @@ from msc.plots import plot_execution, plot_manifold, slide_execution
 from msc.plots._manifold import COMPARED
 from msc.plots._style import COLOURS
 from msc.plots._task_sliders import find_median
-from msc.study import MEASURES
 
 
 @pytest.fixture(scope="module")
@@ -64,13 +63,3 @@ def test_half_the_errors_are_no_larger_than_the_median_one(n_tasks):
     errors = np.random.default_rng(n_tasks).random(n_tasks)
     middle = errors[find_median(errors)]
     assert (errors < middle).sum() <= n_tasks / 2 >= (errors > middle).sum()
-
-
-def test_measures_have_names_in_words():
-    assert MEASURES["mse, beside jumps"].axis == (
-        "mean squared error\nof policies, beside jumps"
-    )
-    assert MEASURES["standardised mse, gate learned"].axis == (
-        "mean squared error\nof standardised policies, gate learned"
-    )
-    assert MEASURES["excess_cost"].axis == "excess cost"

@@ -1,20 +1,27 @@
+"""What was stored, as tables and figures of the chapters."""
+
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from msc import load_dataset
 from msc.estimates import Estimate
+from msc.learn import SELECTION_CRITERIA
 from msc.plots import (
     comparison_table,
+    elbow_table,
     gate_shares,
+    gate_table,
     kernel_table,
+    plot_elbows,
     plot_sample_sizes,
     plot_sweep,
     ratio_table,
     sets_table,
 )
-from msc.plots._tables import compare_cells
-from msc.study import draw_samples
+from msc.plots._tables import comparisons, lay_out
+from msc.study import MEASURES, draw_samples
 
 BASELINES = {"single regression": 2.0, "CrKr": 1.0, "nearest neighbour": 0.5}
 
@@ -125,7 +132,37 @@ def test_the_set_drawn_is_ranked_among_all():
 
 
 def test_designs_are_kept_apart():
-    assert set(compare_cells(free, "uniform")["n_samples"]) == {8}
+    assert list(comparisons(free, "mse, gate learned", "CrKr", design="uniform")) == [8]
+
+
+def test_a_size_without_a_result_is_a_dash():
+    few = {**obstacles, "cells": [cell(24)]}
+    table = ratio_table(free, few, measures=["mse, gate learned"], baselines=["CrKr"])
+    assert table["with obstacles", "CrKr"].str[0].tolist() == ["–", "○", "–"]
+
+
+def test_numbers_keep_three_digits_and_whole_ones_all():
+    numbers = {"whole": 12_345, "small": 7, "large": 1234.5, "share": 0.5, "none": None}
+    numbers |= {"timed": {"median": 9.0, "low": 0.012345, "high": 99.96}}
+    table = lay_out({"one": numbers, "other": dict.fromkeys(numbers, "as it is")})
+    assert table["one"].tolist() == [
+        *("12,345", "7", "1,234", "0.500", "left out"),
+        "9.00 (0.0123–100)",
+    ]
+    assert set(table["other"]) == {"as it is"}
+    mixed = lay_out({"mixed": {"whole": 7, "share": 0.5}})
+    assert mixed["mixed"].tolist() == ["7", "0.500"]
+
+
+def test_measures_have_names_in_words():
+    assert MEASURES["mse, beside jumps"].axis == (
+        "mean squared error\nof policies, beside jumps"
+    )
+    assert MEASURES["standardised mse, gate learned"].axis == (
+        "mean squared error\nof standardised policies, gate learned"
+    )
+    assert MEASURES["excess_cost"].axis == "excess cost"
+    assert MEASURES["error_cm"].axis == "distance at the end (cm)"
 
 
 def test_what_a_known_chart_does_not_explain_is_the_gate_s():
@@ -163,3 +200,64 @@ def test_a_sweep_has_a_line_a_number_of_training_tasks():
     lines = figure.axes[1].get_lines()
     assert [line.get_label() for line in lines] == ["24", "72"]
     assert list(lines[0].get_xdata()) == [1, 2, 3]
+
+
+# The number of charts
+
+
+def measured(world, picked, resampled, n_counts=6):
+    """Return measurements in which all readings agree."""
+    curve = (1.0 / np.arange(1, n_counts + 1)).tolist()
+    reading = {"curve": curve, "picked": picked, "resampled": resampled}
+    readings = dict.fromkeys(SELECTION_CRITERIA, reading)
+    return {"workspace": world, "n_resamples": 10, "readings": readings}
+
+
+@pytest.fixture
+def elbows():
+    return [
+        measured("free", 3, {"3": 7, "4": 3}),
+        measured("obstacles", 5, {"5": 4, "6": 6}),
+    ]
+
+
+def test_table_tells_picks_and_shares(elbows):
+    table = elbow_table(*elbows)
+    assert list(table.index) == list(SELECTION_CRITERIA.values())
+    assert table["free"].iloc[0].tolist() == ["3", "30%", "3 (70%)"]
+    assert table["obstacles"].iloc[-1].tolist() == ["5", "0%", "5 (40%)"]
+    assert elbow_table(*elbows, count=5)["obstacles", "picks 5"].iloc[0] == "40%"
+
+
+def test_figure_marks_every_pick_and_draws_every_share(elbows):
+    axes = np.reshape(plot_elbows(*elbows).axes, (len(SELECTION_CRITERIA), 2))
+    for column, picked, shares in (
+        (axes[:, 0], 3, [0, 0, 0.7, 0.3, 0, 0]),
+        (axes[:, 1], 5, [0, 0, 0, 0, 0.4, 0.6]),
+    ):
+        for axis in column:
+            (diamond,) = [line for line in axis.lines if line.get_marker() == "D"]
+            assert diamond.get_xdata().tolist() == [picked]
+            heights = [bar.get_height() for bar in axis.patches]
+            np.testing.assert_allclose(heights, shares)
+
+
+def test_a_flat_curve_can_be_drawn(elbows):
+    flat = {"curve": [0.0], "picked": 1, "resampled": {"1": 10}}
+    elbows[0]["readings"] = dict.fromkeys(SELECTION_CRITERIA, flat)
+    assert plot_elbows(*elbows)
+
+
+def test_gates_are_told_by_world_and_size():
+    found = {
+        "n_samples": 24,
+        "repetitions": 9,
+        "accuracy": {"nearest": 0.75, "svm": 0.5},
+        "best": {"nearest": 8, "svm": 1},
+    }
+    table = gate_table({"workspace": "free", "gates": [found]})
+    assert table.loc["free", 24].to_dict() == {
+        "training sets": 9,
+        "nearest": "0.75 (8)",
+        "svm": "0.50 (1)",
+    }

@@ -1,4 +1,32 @@
-"""Arrays -> figures, sliders, tables and films."""
+"""Arrays -> figures, sliders, tables and films.
+
+Everything here only draws what the floors below have found:
+
+    ===================  ==========================================================
+    ``plot_*``           a Matplotlib figure, in the one style of all
+    ``slide_*``          a slider: a drawing in a page that follows the reader's hand,
+                         without a kernel; on paper a picture
+    ``*_table``          a DataFrame as a chapter shows it
+    ``film``, ``render`` the moving arm at a slant, by casting rays
+    ===================  ==========================================================
+
+Inside, ``draw_*`` draw into a panel of a figure and ``mark_*`` make marks of a slider;
+a world and its arm (`_world`), and the regressions of a skill (`_skill`), are described
+once for both. Colours have their names in `_style` alone. Places are in metres from
+above, tasks in degrees.
+
+- `plot_workspaces`, `plot_poses`, `plot_weights`, `plot_followed`, `slide_weight`,
+  `film`, `render`, `side_by_side`, `check_suffix`: a world, an arm, a movement
+- `plot_generations`, `slide_generations`, `plot_quality`, `plot_curves`, `plot_tasks`,
+  `plot_breaks`, `Movements`, `quality_table`, `jump_table`, `confirmed_jumps`: searches
+- `plot_clusterings`, `plot_reconstruction`, `plot_affinity`, `slide_regularization`,
+  `slide_charts`, `plot_elbows`, `elbow_table`, `gate_table`: charts, and how many
+- `plot_manifold`, `plot_execution`, `plot_composition`, `plot_rivals`,
+  `slide_execution`, `slide_predictions`, `WEIGHT_NAMES`: skills, and what they predict
+- `plot_sample_sizes`, `plot_sweep`, `comparison_table`, `ratio_table`, `kernel_table`,
+  `sets_table`, `gate_shares`: methods against each other
+- `load_costs`, `plot_costs`, `cost_table`, `ROLLOUT_LIMIT`: time and memory
+"""
 
 from typing import TYPE_CHECKING
 
@@ -13,14 +41,9 @@ if TYPE_CHECKING:
     )
     from msc.plots._costs import (
         ROLLOUT_LIMIT,
-        data_table,
-        growth_table,
-        learner_table,
+        cost_table,
         load_costs,
         plot_costs,
-        rollout_table,
-        smce_table,
-        task_table,
     )
     from msc.plots._film import (
         check_suffix,

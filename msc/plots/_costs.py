@@ -17,7 +17,7 @@ import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from msc.data import find_data
+from msc.data import find_data, load_dataset
 from msc.plots._style import SMALL, WORLD_STYLES, styled
 from msc.plots._tables import lay_out
 
@@ -41,7 +41,9 @@ _WAYS = {
     "floats": "Python loop, floats",
     "naive": "Python loop, NumPy",
 }
-_Costs = Mapping[str, Any]
+_PARTS = ["machine", "memory", "rollouts", "searches", "growth", "skill", "learners"]
+Costs = Mapping[str, Any]  # the benchmark's file
+_Columns = Mapping[Any, Any] | pd.DataFrame
 
 
 def load_costs(path: str | Path | None = None) -> dict[str, Any]:
@@ -72,16 +74,7 @@ def load_costs(path: str | Path | None = None) -> dict[str, Any]:
     if not file.is_file():
         raise ValueError(f"{file} is not there; `make bench` writes it")
     costs = json.loads(file.read_text(encoding="utf-8"))
-    parts = (
-        "machine",
-        "memory",
-        "rollouts",
-        "searches",
-        "growth",
-        "skill",
-        "learners",
-    )
-    missing = [part for part in parts if part not in costs]
+    missing = [part for part in _PARTS if part not in costs]
     if missing:
         raise ValueError(f"{file} lacks {', '.join(missing)}; `make bench` renews it")
     return dict(costs)
@@ -89,7 +82,7 @@ def load_costs(path: str | Path | None = None) -> dict[str, Any]:
 
 @styled
 def plot_costs(
-    costs: _Costs, tables: Mapping[str, pd.DataFrame] | None = None
+    costs: Costs, tables: Mapping[str, pd.DataFrame] | None = None
 ) -> Figure:
     """Draw what a rollout costs, and how a task's search shrinks among others.
 
@@ -114,151 +107,98 @@ def plot_costs(
     return figure
 
 
-def rollout_table(costs: _Costs) -> pd.DataFrame:
-    """List what a rollout costs beside other ways to do it.
+def cost_table(costs: Costs, what: str) -> pd.DataFrame:
+    """List what something costs.
 
     Parameters
     ----------
     costs : mapping
         What `load_costs` gives.
+    what : {"rollouts", "tasks", "growth", "data", "learners", "SMCE"}
+        Rollouts beside other ways to do them; tasks, searched and predicted; searches
+        of more tasks, by more workers; the tables of searched policies; the skill
+        beside a single regression, and SMCE beside cvxpy; fits of SMCE to more points,
+        each in a process of its own on one core.
 
     Returns
     -------
     DataFrame
-        One row a ratio, one column a world: the median over the rounds, and in brackets
-        where the middle four fifths of them lie.
+        As text: of what was timed in rounds the median, and in brackets where the
+        middle four fifths of them lie.
+
+    Raises
+    ------
+    ValueError
+        If it is something else.
+
+    Examples
+    --------
+    >>> cost_table(load_costs(), "data").loc["tasks"].tolist()
+    ['360', '360']
     """
-    return lay_out(
-        {
-            world: {label: measured[key] for key, label in _RATIOS.items()}
-            for world, measured in costs["rollouts"].items()
-        }
-    )
+    if what not in _LISTS:
+        raise ValueError(f"what={what!r}; wanted one of {tuple(_LISTS)}")
+    return lay_out(_LISTS[what](costs))
 
 
-def task_table(costs: _Costs) -> pd.DataFrame:
-    """List what a task costs: searched, and predicted.
+def _list_rollouts(costs: Costs) -> _Columns:
+    """Compare rollouts: one row a ratio, one column a world."""
+    return {
+        world: {label: measured[key] for key, label in _RATIOS.items()}
+        for world, measured in costs["rollouts"].items()
+    }
 
-    Parameters
-    ----------
-    costs : mapping
-        What `load_costs` gives.
 
-    Returns
-    -------
-    DataFrame
-        One row a figure, one column a world.
-    """
+def _list_tasks(costs: Costs) -> _Columns:
+    """Compare searches with predictions, one column a world."""
     columns = {}
     for world, search in costs["searches"].items():
         skill = costs["skill"][world]
         one, many = (skill[f"predict_{n}_microseconds"] for n in ("one", "many"))
         seconds = search["seconds_per_task"]
+        samples, calls = skill["n_samples"], skill["n_predicted"]
         columns[world] = {
             "searched: rollouts": f"{search['evaluations_per_task']:.0f}",
             "searched: seconds": seconds,
             "ms a rollout, CMA-ES included": search["milliseconds_per_evaluation"],
-            f"skill of {skill['n_samples']} samples: seconds to fit": skill[
-                "fit_seconds"
-            ],
+            f"skill of {samples} samples: seconds to fit": skill["fit_seconds"],
             "predicted: µs": one,
-            f"predicted, {skill['n_predicted']} a call: µs each": many,
+            f"predicted, {calls} a call: µs each": many,
             "searched / predicted": round(1e6 * seconds / one["median"]),
         }
-    return lay_out(columns)
+    return columns
 
 
-def growth_table(costs: _Costs) -> pd.DataFrame:
-    """List what it costs to search more tasks, by more workers.
-
-    Parameters
-    ----------
-    costs : mapping
-        What `load_costs` gives.
-
-    Returns
-    -------
-    DataFrame
-        One row a search.
-    """
+def _list_growth(costs: Costs) -> _Columns:
+    """List searches of several tasks, one row a search."""
     runs = pd.DataFrame(costs["growth"]["runs"]).sort_values(["workers", "n_tasks"])
     names = {
-        "workers": "workers",
         "n_tasks": "tasks",
-        "seconds": "seconds",
         "tasks_per_second": "tasks/s",
         "evaluations_per_task": "rollouts/task",
     }
-    return lay_out(
-        runs[list(names)].rename(columns=names).set_index(["workers", "tasks"])
-    )
+    runs = runs.rename(columns=names).set_index(["workers", "tasks"])
+    return runs[["seconds", "tasks/s", "rollouts/task"]]
 
 
-def data_table(costs: _Costs, tables: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
-    """List what tables of searched policies took.
-
-    Parameters
-    ----------
-    costs : mapping
-        What `load_costs` gives.
-    tables : mapping from str to DataFrame
-        Searched policies of whole worlds, as `load_dataset` gives them.
-
-    Returns
-    -------
-    DataFrame
-        One row a figure, one column a world.
-    """
+def _list_data(costs: Costs) -> _Columns:
+    """Sum up what the tables of searched policies took, one column a world."""
     columns = {}
-    for world, table in tables.items():
-        milliseconds = costs["searches"][world]["milliseconds_per_evaluation"]
-        rollouts = table["evaluations"].sum()
+    for world, search in costs["searches"].items():
+        searched = load_dataset(world).table["evaluations"]
+        rollouts = searched.sum()
+        minutes = rollouts * search["milliseconds_per_evaluation"] / 60_000
         columns[world] = {
-            "tasks": len(table),
+            "tasks": len(searched),
             "rollouts": rollouts,
-            "rollouts/task": rollouts / len(table),
-            "minutes of one core": rollouts * milliseconds / 60_000,
+            "rollouts/task": rollouts / len(searched),
+            "minutes of one core": minutes,
         }
-    return lay_out(columns)
+    return columns
 
 
-def smce_table(costs: _Costs) -> pd.DataFrame:
-    """List what a fit of SMCE costs, over the number of points.
-
-    Parameters
-    ----------
-    costs : mapping
-        What `load_costs` gives.
-
-    Returns
-    -------
-    DataFrame
-        One row a number of points, each fitted in a process of its own on one core.
-    """
-    fits = pd.DataFrame(costs["learners"]["fits"])
-    shown = {
-        "seconds": fits["seconds"],
-        "ms a point": 1000 * fits["seconds"] / fits["n_points"],
-        "MB, at most": fits["peak_mb"],
-        "MB before": fits["before_mb"],
-    }
-    return lay_out(shown).set_index(fits["n_points"].rename("points"))
-
-
-def learner_table(costs: _Costs) -> pd.DataFrame:
-    """List what the skill costs beside a single regression, and SMCE beside cvxpy.
-
-    Parameters
-    ----------
-    costs : mapping
-        What `load_costs` gives.
-
-    Returns
-    -------
-    DataFrame
-        One row a figure: the median over the rounds, and in brackets where the middle
-        four fifths of them lie.
-    """
+def _list_learners(costs: Costs) -> _Columns:
+    """Compare the skill, and SMCE, with other ways to do the same."""
     smce = costs["learners"]["smce"]
     rows = {
         f"SMCE, {smce['n_points']} points: seconds to fit": smce["fit_seconds"],
@@ -268,18 +208,44 @@ def learner_table(costs: _Costs) -> pd.DataFrame:
     for world, skill in costs["learners"]["skill"].items():
         head = f"{world}, {skill['n_samples']} samples"
         for step, asked in (("fit", ""), ("predict", f" {skill['n_predicted']}")):
-            what = f"{head}: ms to {step}{asked}"
-            rows |= {
-                f"{what}, {skill['n_charts']} charts": skill[
-                    f"{step}_charts_milliseconds"
-                ],
-                f"{what}, single": skill[f"{step}_single_milliseconds"],
-                f"{head}: {step}, charts / single": skill[f"{step}_charts_over_single"],
-            }
-    return lay_out({"": rows})
+            task = f"{head}: ms to {step}{asked}"
+            charts, single, ratio = (
+                skill[f"{step}_{which}"]
+                for which in (
+                    "charts_milliseconds",
+                    "single_milliseconds",
+                    "charts_over_single",
+                )
+            )
+            rows[f"{task}, {skill['n_charts']} charts"] = charts
+            rows[f"{task}, single"] = single
+            rows[f"{head}: {step}, charts / single"] = ratio
+    return {"": rows}
 
 
-def _draw_ways(axis: Axes, costs: _Costs) -> None:
+def _list_smce(costs: Costs) -> _Columns:
+    """List fits of SMCE, one row a number of points."""
+    fits = pd.DataFrame(costs["learners"]["fits"]).set_index("n_points")
+    fits = fits.rename_axis("points")
+    return {
+        "seconds": fits["seconds"],
+        "ms a point": 1000 * fits["seconds"] / fits.index,
+        "MB, at most": fits["peak_mb"],
+        "MB before": fits["before_mb"],
+    }
+
+
+_LISTS = {
+    "rollouts": _list_rollouts,
+    "tasks": _list_tasks,
+    "growth": _list_growth,
+    "data": _list_data,
+    "learners": _list_learners,
+    "SMCE": _list_smce,
+}
+
+
+def _draw_ways(axis: Axes, costs: Costs) -> None:
     """Draw the times of a rollout, medians and the middle four fifths of rounds."""
     worlds = costs["rollouts"]
     ways = [
@@ -317,7 +283,7 @@ def _draw_ways(axis: Axes, costs: _Costs) -> None:
     axis.legend(loc="upper right")
 
 
-def _draw_growth(axis: Axes, costs: _Costs, tables: Mapping[str, pd.DataFrame]) -> None:
+def _draw_growth(axis: Axes, costs: Costs, tables: Mapping[str, pd.DataFrame]) -> None:
     """Draw rollouts per task: alone, in the benchmark's circles, in the tables."""
     growth = costs["growth"]
     runs = sorted(

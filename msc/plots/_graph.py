@@ -20,13 +20,13 @@ from scipy.sparse.csgraph import connected_components
 from sklearn.decomposition import PCA
 
 from msc.learn import SMCE, elbow
+from msc.plots._skill import draw_by_chart, widen
 from msc.plots._slider import FLAT, TASK_AXIS, Mark, Panel, Slider, choose_ticks
 from msc.plots._style import (
     CHART_COLOURS,
     TRIO,
     WEIGHT_NAMES,
     chart_colour,
-    chart_marker,
     styled,
 )
 
@@ -36,6 +36,7 @@ N_VALUES = 12  # eigenvalues shown
 ACROSS = TRIO[1]  # edges that join different curves
 MAX_CHARTS = len(CHART_COLOURS)  # of a slider's steps, if it does not begin beyond
 MARGIN = 0.06  # of a slider's range, around all points
+DOTS: Any = {"ms": 4, "mew": 0.3}
 
 
 @styled
@@ -60,8 +61,9 @@ def plot_clusterings(
         1, len(found), figsize=(7.4, 2.3), sharey=True, squeeze=False
     )
     for axis, (name, labels) in zip(axes.flat, found.items(), strict=True):
-        _draw_points(axis, points, np.asarray(labels))
-        axis.set_title(name)
+        draw_by_chart(axis, points, np.asarray(labels), **DOTS)
+        axis.set(aspect="equal", title=name)
+        axis.set_axis_off()
     return figure
 
 
@@ -150,44 +152,17 @@ def plot_affinity(smce: SMCE) -> Figure:
 def plot_graph(
     points: NDArray[np.float64], smce: SMCE, title: str, aspect: str = "equal"
 ) -> Figure:
-    """Draw points in the plane by chart, and the graph that joins them.
-
-    Parameters
-    ----------
-    points : ndarray of shape (n_points, 2)
-        Where the points are drawn.
-    smce : SMCE
-        Fitted to the points, in whatever space.
-    title : str
-        What is written above.
-    aspect : {"equal", "auto"}, default="equal"
-        Of the axes.
-
-    Returns
-    -------
-    Figure
-        One panel.
-    """
+    """Draw points in the plane, fitted in whatever space, by chart, and their graph."""
     figure, axis = plt.subplots(figsize=(4.6, 3.4))
     _draw_edges(axis, points, edges(smce), "0.4")
-    _draw_points(axis, points, smce.labels_, aspect)
-    axis.set_title(title)
+    draw_by_chart(axis, points, smce.labels_, **DOTS)
+    axis.set(aspect=aspect, title=title)
+    axis.set_axis_off()
     return figure
 
 
 def edges(smce: SMCE) -> NDArray[np.intp]:
-    """List the pairs of points that reconstruct each other.
-
-    Parameters
-    ----------
-    smce : SMCE
-        Fitted.
-
-    Returns
-    -------
-    ndarray of shape (n_edges, 2)
-        Each pair once, the smaller index first.
-    """
+    """List the pairs of points that reconstruct each other, the smaller index first."""
     upper = sp.triu(smce.affinity_matrix_, k=1).tocoo()
     return np.column_stack([upper.row, upper.col]).astype(np.intp)
 
@@ -238,7 +213,7 @@ def slide_regularization(
         f"{_pieces(fit)}. {_verdict(fit.labels_, curves)}"
         for value, apart, fit in zip(values, across, fits, strict=True)
     ]
-    x, y = _range(points[:, 0]), _range(points[:, 1])
+    x, y = (widen(values, MARGIN) for values in points.T)
     shape = float(np.ptp(y) / np.ptp(x))
     alt = "Points on two curves, coloured by chart, with the edges of their graph"
     return Slider(
@@ -300,7 +275,8 @@ def slide_charts(
     plane *= np.sign(plane[np.abs(plane).argmax(axis=0), [0, 1]])
     graph = plane[edges(fits[0])].reshape(-1, 2)
     degrees, values = np.rad2deg(tasks[:, 0]), policies[:, weight]
-    picked = elbow(curve)
+    span, picked = widen(values, MARGIN), elbow(curve)
+    across, along = (widen(places, MARGIN) for places in plane.T)
     captions = [
         f"{count} chart{'s' if count > 1 else ''}, of "
         f"{', '.join(str(size) for size in np.bincount(found))} policies."
@@ -315,8 +291,8 @@ def slide_charts(
         panels=[
             Panel(
                 f"{alt}, with the edges of their graph.",
-                _range(plane[:, 0]),
-                _range(plane[:, 1]),
+                across,
+                along,
                 [
                     Mark("segments", graph, width=1.0, opacity=0.4),
                     *_chart_dots(plane, labels, n_counts),
@@ -325,12 +301,12 @@ def slide_charts(
             Panel(
                 "One policy weight over the task angle, coloured by chart.",
                 (0, 360),
-                _range(values),
+                span,
                 _chart_dots(np.c_[degrees, values], labels, n_counts, width=2.0),
                 aspect=FLAT,
                 **TASK_AXIS,
                 y_label=f"policy weight {WEIGHT_NAMES[weight]}",
-                y_ticks=choose_ticks(*_range(values)),
+                y_ticks=choose_ticks(*span),
             ),
             _elbow_panel(curve, n_counts),
         ],
@@ -341,21 +317,6 @@ def slide_charts(
         walks=True,
         legend=_legend(n_counts),
     )
-
-
-def _draw_points(
-    axis: Axes,
-    points: NDArray[np.float64],
-    labels: NDArray[np.intp],
-    aspect: str = "equal",
-) -> None:
-    """Draw points by label."""
-    for label in np.unique(labels):
-        look: Any = {"color": chart_colour(label), "mec": "white", "mew": 0.3}
-        here = points[labels == label]
-        axis.plot(*here.T, chart_marker(label), ms=4, **look)
-    axis.set(aspect=aspect)
-    axis.set_axis_off()
 
 
 def _draw_edges(
@@ -404,12 +365,6 @@ def _chart_dots(
         )
         for chart in range(n_charts)
     ]
-
-
-def _range(values: NDArray[np.float64]) -> tuple[float, float]:
-    """Return bounds with a margin."""
-    margin = MARGIN * np.ptp(values)
-    return float(values.min() - margin), float(values.max() + margin)
 
 
 def _legend(n_charts: int) -> dict[str, str]:

@@ -130,12 +130,8 @@ def plot_execution(experiment: Experiment) -> Figure:
     executed = experiment.executed
     for (axis, rug), method in zip(axes, COMPARED, strict=True):
         rows = executed[executed["method"] == method]
-        _draw_errors(axis, rows, COLOURS[method])
+        _draw_errors(axis, rows, method)
         _mark_jumps(axis, experiment)
-        mean, std, median = _moments(rows["error_cm"])
-        spread = f"mean {mean:.2f} ± {std:.2f} cm, median {median:.2f} cm"
-        axis.set_title(f"{method}: {spread}", loc="left")
-        axis.set_ylabel("error (cm)")
         rug.hlines(rows["error_cm"], 0, 1, color=COLOURS[method], lw=0.6, alpha=0.6)
         rug.set_axis_off()
     shown = executed.loc[executed["method"].isin(COMPARED), "error_cm"]
@@ -147,14 +143,12 @@ def plot_execution(experiment: Experiment) -> Figure:
     return figure
 
 
-def _moments(errors: pd.Series) -> tuple[float, float, float]:
-    """Return mean, standard deviation and median."""
-    return errors.mean(), errors.std(), errors.median()
-
-
-def _draw_errors(axis: Axes, rows: pd.DataFrame, colour: str) -> None:
+def _draw_errors(axis: Axes, rows: pd.DataFrame, method: str) -> None:
     """Draw the errors of one method over the tasks, and what sums them up."""
-    mean, std, median = _moments(rows["error_cm"])
+    mean, std, median = rows["error_cm"].agg(["mean", "std", "median"])
+    spread = f"mean {mean:.2f} ± {std:.2f} cm, median {median:.2f} cm"
+    axis.set_title(f"{method}: {spread}", loc="left")
+    axis.set_ylabel("error (cm)")
     low = max(mean - std, 1e-9)  # a logarithm's axis has no zero
     axis.axhspan(low, mean + std, color="0.9", lw=0, zorder=0, label="mean ± std")
     axis.axhline(mean, color="0.3", lw=1, ls="--", label="mean")
@@ -167,7 +161,7 @@ def _draw_errors(axis: Axes, rows: pd.DataFrame, colour: str) -> None:
         here = rows[rows["touched"] == touched]
         if len(here):
             place = here["task_deg"], here["error_cm"]
-            axis.plot(*place, marker, color=colour, ms=size, label=label)
+            axis.plot(*place, marker, color=COLOURS[method], ms=size, label=label)
 
 
 def _name_marks(figure: Figure, axes: Iterable[Axes]) -> None:

@@ -70,7 +70,8 @@ def plot_sample_sizes(
         cells = [cell for cell in study["cells"] if cell["design"] == design]
         for axis, measure in zip(column, measures, strict=True):
             for method in methods:
-                _draw_line(axis, cells, measure, method)
+                more: Any = {"label": method, "look": METHOD_STYLES[method]}
+                _draw_line(axis, cells, measure, method, over="n_samples", **more)
             axis.set(xscale="log", yscale="log")
             if verdicts:
                 _draw_verdicts(axis, study, design, measure, methods[1:])
@@ -97,17 +98,17 @@ def plot_sweep(*studies: Stored, measures: Sequence[str]) -> Figure:
     """
     figure, axes = _panels(studies, measures, 2.6 * len(measures))
     for column, study in zip(axes.T, studies, strict=True):
-        sweep = pd.DataFrame(study["sweep"])
+        sizes, counts = (
+            sorted({cell[name] for cell in study["sweep"]})
+            for name in ("n_samples", "n_charts")
+        )
         for axis, measure in zip(column, measures, strict=True):
-            for (n_samples, cells), look in zip(
-                sweep.groupby("n_samples"), COUNT_STYLES, strict=False
-            ):
-                found = pd.DataFrame(
-                    [cell[measure]["charts"] for cell in cells["measures"]]
-                )
-                _draw_band(axis, cells["n_charts"], found, str(n_samples), look)
+            for n_samples, look in zip(sizes, COUNT_STYLES, strict=False):
+                cells = [c for c in study["sweep"] if c["n_samples"] == n_samples]
+                more: Any = {"label": str(n_samples), "look": look}
+                _draw_line(axis, cells, measure, "charts", over="n_charts", **more)
             axis.set_yscale("log")
-        column[-1].set(xlabel="charts", xticks=sweep["n_charts"].unique())
+        column[-1].set(xlabel="charts", xticks=counts)
     axes[0, -1].legend(title="training tasks")
     return figure
 
@@ -131,14 +132,24 @@ def _panels(
     return figure, axes
 
 
-def _draw_line(axis: Axes, cells: list[Any], measure: str, method: str) -> None:
-    """Draw one method's means over the sizes, with their intervals."""
+def _draw_line(
+    axis: Axes,
+    cells: Sequence[Stored],
+    measure: str,
+    method: str,
+    *,
+    over: str,
+    label: str,
+    look: dict[str, Any],
+) -> None:
+    """Draw a method's means, if there are any, as a line, their intervals as a band."""
     here = [cell for cell in cells if method in cell["measures"].get(measure, {})]
-    found = pd.DataFrame([cell["measures"][measure][method] for cell in here])
-    if found.empty:
-        return
-    sizes = [cell["n_samples"] for cell in here]
-    _draw_band(axis, sizes, found, method, METHOD_STYLES[method])
+    if here:
+        places = [cell[over] for cell in here]
+        found = pd.DataFrame([cell["measures"][measure][method] for cell in here])
+        axis.plot(places, found["mean"], label=label, ms=4, **look)
+        band: Any = {"color": look["color"], "alpha": 0.15, "lw": 0}
+        axis.fill_between(places, found["low"], found["high"], **band)
 
 
 def _draw_verdicts(
@@ -166,17 +177,6 @@ def _name_sizes(axis: Axes, sizes: Sequence[int]) -> None:
     axis.set_xlabel("training tasks")
     axis.xaxis.set_minor_locator(NullLocator())
     axis.set_xticks(sizes, [str(size) for size in sizes], fontsize=SMALL)
-
-
-def _draw_band(
-    axis: Axes, places: Any, found: pd.DataFrame, label: str, look: dict[str, Any]
-) -> None:
-    """Draw means as a line, their intervals as a band."""
-    axis.plot(places, found["mean"], label=label, ms=4, **look)
-    colour = look["color"]
-    axis.fill_between(
-        places, found["low"], found["high"], color=colour, alpha=0.15, lw=0
-    )
 
 
 @styled

@@ -71,50 +71,17 @@ WEIGHT_NAMES = ("w₁ˣ", "w₂ˣ", "w₃ˣ", "w₁ʸ", "w₂ʸ", "w₃ʸ")
 
 
 def chart_colour(chart: SupportsIndex) -> str:
-    """Choose a chart's colour.
-
-    Parameters
-    ----------
-    chart : int
-        Its number, from 0 on.
-
-    Returns
-    -------
-    str
-        One of `CHART_COLOURS`, which come again after the last.
-    """
+    """Choose a chart's colour; after the last they come again."""
     return CHART_COLOURS[int(chart) % len(CHART_COLOURS)]
 
 
 def chart_marker(chart: SupportsIndex) -> str:
-    """Choose a chart's marker.
-
-    Parameters
-    ----------
-    chart : int
-        Its number, from 0 on.
-
-    Returns
-    -------
-    str
-        One of `CHART_MARKERS`, which come again after the last.
-    """
+    """Choose a chart's marker; after the last they come again."""
     return CHART_MARKERS[int(chart) % len(CHART_MARKERS)]
 
 
 def styled(draw: Callable[_P, Figure]) -> Callable[_P, Figure]:
-    """Have a function draw in the style of all figures, and close what it drew.
-
-    Parameters
-    ----------
-    draw : callable
-        Returns a figure.
-
-    Returns
-    -------
-    callable
-        The same with `STYLE`; pyplot forgets the figure.
-    """
+    """Have a function draw in the style of all figures; pyplot forgets what it drew."""
 
     @wraps(draw)
     def drawn(*args: _P.args, **options: _P.kwargs) -> Figure:

@@ -28,24 +28,8 @@ def lay_out(
 ) -> pd.DataFrame:
     """Write the numbers of a table, with their intervals if they have one.
 
-    Parameters
-    ----------
-    columns : mapping or DataFrame
-        Cells are text, numbers, ratios that `compare` gives, mappings with
-        ``"median"``, ``"low"`` and ``"high"``, or None for what was left out.
-    rows : str, optional
-        What the rows are.
-
-    Returns
-    -------
-    DataFrame
-        The same as text.
-
-    Examples
-    --------
-    >>> found = {"median": 3.14159, "low": 2.5, "high": 1234.5}
-    >>> lay_out({"time (s)": {"one": found, "all": None}})["time (s)"].tolist()
-    ['3.14 (2.50–1,234)', 'left out']
+    Cells are text, numbers, ratios that `compare` gives, mappings with ``"median"``,
+    ``"low"`` and ``"high"``, or None for what was left out; `rows` says what rows are.
     """
     whole = {head: pd.Series(column, dtype=object) for head, column in columns.items()}
     table = pd.DataFrame(whole).map(_write)  # objects: a number may stay whole
@@ -82,26 +66,7 @@ def comparisons(
     design: str = "even",
     method: str = "charts",
 ) -> dict[int, Estimate]:
-    """Find how the charts compare with another method, size by size.
-
-    Parameters
-    ----------
-    study : dict
-        Results of a study.
-    measure : str
-        Which error.
-    baseline : str
-        The other method.
-    design : {"even", "uniform", "nonuniform"}, default="even"
-        How training tasks were drawn.
-    method : {"charts", "charts, Matérn"}, default="charts"
-        Which charts.
-
-    Returns
-    -------
-    dict from int to Estimate
-        Ratios by the number of training tasks.
-    """
+    """Find the charts' error over a baseline's, by the number of training tasks."""
     return {
         cell["n_samples"]: Estimate.read(ratio, "ratio")
         for cell in study["cells"]
