@@ -86,22 +86,7 @@ class Journal:
             self._held.close()
 
     def append(self, phase: str, k: int, result: SearchResult) -> None:
-        """Keep a result.
-
-        Parameters
-        ----------
-        phase : str
-            The phase it belongs to.
-        k : int
-            The task's number.
-        result : SearchResult
-            What was found.
-
-        Raises
-        ------
-        OSError
-            If it cannot be written; what was kept before is left intact.
-        """
+        """Keep a result."""
         self.results[phase, k] = result
         entry = {"phase": phase, "k": k, "result": asdict(result)}
         if self._file is not None:
@@ -151,13 +136,7 @@ def _result(entry: dict[str, Any]) -> SearchResult:
 
 
 def identify_code() -> str:
-    """Identify the code that a search runs.
-
-    Returns
-    -------
-    str
-        A digest of the modules that its outcome depends on.
-    """
+    """Identify the code that a search runs."""
     digest = hashlib.sha256()
     for name in CODE:
         digest.update((Path(__file__).parents[1] / f"{name}.py").read_bytes())

@@ -254,24 +254,7 @@ class _Task:
 def random_start(
     number: int, width: float, dmp: DMP, rng: np.random.Generator
 ) -> NDArray[np.float64]:
-    """Draw where a run begins: the first at the zero policy, the others anywhere.
-
-    Parameters
-    ----------
-    number : int
-        The start's number.
-    width : float
-        Standard deviation of the others' weights.
-    dmp : DMP
-        What a policy means.
-    rng : Generator
-        Where the draw comes from.
-
-    Returns
-    -------
-    ndarray of shape (n_params,)
-        A policy.
-    """
+    """Draw where a run begins: the first at the zero policy, the others anywhere."""
     if number == 0:
         return np.zeros(dmp.n_params)
     return width * rng.standard_normal(dmp.n_params)
