@@ -24,7 +24,7 @@ above, tasks in degrees.
 - `plot_manifold`, `plot_execution`, `plot_composition`, `plot_rivals`,
   `slide_execution`, `slide_predictions`, `WEIGHT_NAMES`: skills, and what they predict
 - `plot_sample_sizes`, `plot_sweep`, `comparison_table`, `ratio_table`, `kernel_table`,
-  `sets_table`, `gate_shares`: methods against each other
+  `sets_table`, `gate_shares`, `METHOD_STYLES`: methods against each other
 - `load_costs`, `plot_costs`, `cost_table`, `ROLLOUT_LIMIT`: time and memory
 """
 
