@@ -26,6 +26,7 @@ class Profile:
     sweep_repetitions: int  # on so many training sets, at most
     n_resamples: int  # of the bootstrap
     n_elbows: int  # resamplings of the policies in which an elbow is looked for
+    methods: tuple[str, ...] = METHODS  # who is compared, where others than all are
 
 
 _SIZES = (8, 12, 16, 24, 36, 50, 72, 100, 180, 360)
@@ -65,7 +66,8 @@ def _list_cells(
     """Draw the training sets of all methods, by design and size."""
     for design, sizes in profile.sizes.items():
         is_even = design == "even"
-        names = METHODS if is_even else COMMON
+        known = METHODS if is_even else COMMON
+        names = tuple(name for name in known if name in profile.methods)
         for n_samples in sizes:
             n_draws = (
                 profile.repetitions if is_even else min(profile.repetitions, AT_RANDOM)
