@@ -12,7 +12,7 @@ from sklearn.neighbors import KNeighborsClassifier
 
 from msc import SMCE
 from msc.learn import GATES, SELECTION_CRITERIA, elbow, read_elbows
-from msc.learn._selection import knee
+from msc.learn._elbow import knee
 from msc.study import (
     average_gates,
     choose_criterion,
@@ -21,7 +21,7 @@ from msc.study import (
     measure_elbows,
     most_picked,
 )
-from msc.study._selection import FROM_POLICIES
+from msc.study._choices import FROM_POLICIES
 
 tasks = np.linspace(0, 2 * np.pi, 48, endpoint=False)[:, None]
 offsets = 40 * np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]])

@@ -39,12 +39,6 @@ if TYPE_CHECKING:
         plot_weights,
         slide_weight,
     )
-    from msc.plots._costs import (
-        ROLLOUT_LIMIT,
-        cost_table,
-        load_costs,
-        plot_costs,
-    )
     from msc.plots._film import (
         check_suffix,
         film,
@@ -101,6 +95,12 @@ if TYPE_CHECKING:
     from msc.plots._task_sliders import (
         slide_execution,
         slide_predictions,
+    )
+    from msc.plots._timings import (
+        ROLLOUT_LIMIT,
+        cost_table,
+        load_costs,
+        plot_costs,
     )
     from msc.plots._world import (
         plot_workspaces,

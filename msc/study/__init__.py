@@ -20,6 +20,13 @@ from typing import TYPE_CHECKING
 from press import face
 
 if TYPE_CHECKING:
+    from msc.study._choices import (
+        average_gates,
+        choose_criterion,
+        compare_clusterers,
+        compare_gates,
+        measure_elbows,
+    )
     from msc.study._methods import fit_methods, methods
     from msc.study._sampling import (
         TEST_SUBSETS,
@@ -27,13 +34,6 @@ if TYPE_CHECKING:
         nearest_task,
         take_evenly,
         task_density,
-    )
-    from msc.study._selection import (
-        average_gates,
-        choose_criterion,
-        compare_clusterers,
-        compare_gates,
-        measure_elbows,
     )
     from msc.study._study import run_elbows, run_study
     from msc.study._summaries import (

@@ -18,10 +18,10 @@ from numpy.typing import NDArray
 from msc._parallel import call_in_order
 from msc.data import describe_origin, find_data, load_dataset
 from msc.learn import SMCE
+from msc.study._choices import average_gates, compare_gates, measure_elbows
 from msc.study._methods import N_CHARTS
 from msc.study._profiles import PROFILES, Profile, list_groups
 from msc.study._sampling import draw_samples, task_density
-from msc.study._selection import average_gates, compare_gates, measure_elbows
 from msc.study._summaries import (
     Cell,
     Errors,

@@ -1,9 +1,4 @@
-"""The number of charts: criteria of what "the elbow" may mean.
-
-The paper reads the number of charts from an elbow and does not say of which curve. Here
-are the criteria that can be defended, each a curve over the number of charts and a rule
-that picks one.
-"""
+"""The elbow by every criterion of `_elbow`, on tasks and policies."""
 
 from __future__ import annotations
 
@@ -16,26 +11,13 @@ from sklearn.model_selection import KFold
 from sklearn.neighbors import KNeighborsClassifier
 
 from msc._checks import check_whole, validate_sample
+from msc.learn._elbow import elbow, knee
 from msc.learn._gaussian import gaussian_process
 from msc.learn._smce import SMCE
-from msc.learn._spectral import (
-    cluster_each,
-    elbow,
-    laplacian_eigen,
-    within_cluster_ss,
-)
+from msc.learn._spectral import cluster_each, laplacian_eigen, within_cluster_ss
 
 Array = NDArray[np.float64]
 Charts = NDArray[np.intp]
-
-SELECTION_CRITERIA = {
-    "rows_of_m": "rows of M, k-means",
-    "squares": "squares within charts, chord",
-    "squares_knee": "squares within charts, knee",
-    "eigengap": "eigengap",
-    "cross_validation": "cross-validated error",
-}
-"""The criteria and what they are called, those nearest the paper's words first."""
 
 
 def read_elbows(
@@ -148,40 +130,3 @@ def _fold_errors(
             predicted[asked == chart] = regressor.predict(here).reshape(len(here), -1)
         errors.append(float(((predicted - y[test]) ** 2).mean()))
     return errors
-
-
-def knee(curve: ArrayLike) -> int:
-    """Find the first knee of a falling curve that stands out.
-
-    Notes
-    -----
-    Both axes are scaled to [0, 1]. A knee is a local maximum of the distance below the
-    chord, if that falls by more than one step along the first axis (a sensitivity of 1)
-    before it rises again [1]_. `elbow` takes the greatest instead of the first.
-
-    References
-    ----------
-    .. [1] V. Satopää, J. Albrecht, D. Irwin and B. Raghavan, "Finding a 'Kneedle' in a
-       Haystack", ICDCS Workshops 2011.
-
-    Examples
-    --------
-    >>> knee([9.0, 4.0, 1.0, 0.9, 0.8])
-    3
-    >>> knee([4.0, 3.0, 2.0, 1.0])
-    1
-    """
-    values = np.asarray(curve, dtype=float)
-    if len(values) < 3 or np.ptp(values) == 0:
-        return 1
-    heights = (values.max() - values) / np.ptp(values)
-    below = heights - np.linspace(0, 1, len(values))
-    place, threshold = 0, -np.inf
-    for i in range(1, len(below) - 1):
-        if below[i] >= max(below[i - 1], below[i + 1]) and below[i] > 0:
-            place, threshold = i, below[i] - 1 / (len(below) - 1)
-        elif below[i] <= min(below[i - 1], below[i + 1]):
-            threshold = -np.inf
-        if below[i + 1] < threshold:
-            return place + 1
-    return 1
