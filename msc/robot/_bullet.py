@@ -184,7 +184,6 @@ class BulletWorld:
         bullet.setTimeStep(TIME_STEP, physicsClientId=client)
         bullet.setPhysicsEngineParameter(
             deterministicOverlappingPairs=1,
-            minimumSolverIslandSize=1,  # contacts of one arm are solved apart
             solverResidualThreshold=0.0,
             numSubSteps=SUBSTEPS,
             physicsClientId=client,
