@@ -9,7 +9,7 @@ from msc import load_dataset
 from msc.claims._page import SECTIONS, TABLE
 from msc.cli import main, make_subject
 from msc.study import run_study
-from msc.study._profiles import PROFILES, Profile
+from msc.study._study import PROFILES, Profile
 from press import build_book, write_json
 
 SHORT = "--tasks 4 --jobs 1 --set max_evaluations=45 --set max_sweeps=1"

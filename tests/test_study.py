@@ -24,8 +24,8 @@ from msc.study import (
     task_density,
 )
 from msc.study._methods import COMMON, METHODS
-from msc.study._profiles import PROFILES, Profile, list_groups
 from msc.study._sampling import DESIGNS
+from msc.study._study import PROFILES, Profile, list_groups
 from msc.study._summaries import measure_errors, summarise_trials
 from press import checksum
 
