@@ -62,15 +62,13 @@ def wheel(tmp_path_factory):
         shutil.copytree(ROOT / package, source / package, ignore=ignore)
     for file in ("pyproject.toml", "README.md", "LICENSE"):
         shutil.copy(ROOT / file, source)
-    build = "pip wheel --no-deps --quiet --disable-pip-version-check --wheel-dir"
+    build = "pip wheel --no-deps --no-build-isolation --quiet --wheel-dir"
     made = subprocess.run(
         [sys.executable, "-m", *build.split(), folder, source],
         capture_output=True,
         text=True,
         check=False,
     )
-    if "No matching distribution found for setuptools" in made.stderr:
-        pytest.skip("building a wheel needs setuptools, from a package index")
     assert made.returncode == 0, made.stderr
     (file,) = folder.iterdir()
     return file
