@@ -228,7 +228,8 @@ def _add_survey(commands: Commands) -> None:
 
 def _run_survey(options: argparse.Namespace) -> None:
     """Measure where the circle is cut, or find the first fit layout of obstacles."""
-    from msc.search import SearchOptions, choose_layout, locate_cut
+    from msc.search import SearchOptions
+    from msc.study import choose_layout, locate_cut
 
     out: Path = options.out
     check_output(out, ".json", jobs=options.jobs, seed=options.seed)

@@ -14,8 +14,8 @@ from PIL import Image
 
 import msc.cli
 import msc.plots._film
-import msc.search._constants
 import msc.search._sweep
+import msc.study._calibration
 from msc import load_dataset
 from msc.cli import main
 from msc.data import COLUMNS, find_data, save_table
@@ -261,9 +261,9 @@ def test_a_search_whose_worker_is_killed_goes_on_to_the_same_bytes(whole, here):
             "msc.search._audit.search_policy",
             ["audit", str(find_data() / "free_test.csv")],
         ),
-        ("msc.search._constants._walk", ["survey", "cut", "--out", "new/cut.json"]),
+        ("msc.study._calibration._walk", ["survey", "cut", "--out", "new/cut.json"]),
         (
-            "msc.search._constants._look_at",
+            "msc.study._calibration._look_at",
             ["survey", "layout", "--out", "new/layout.json"],
         ),
     ],
@@ -314,7 +314,7 @@ def test_a_survey_writes_what_it_measured(constant, function, monkeypatch, capsy
         asked.update(options)
         return {"tie_deg": 70.2}
 
-    monkeypatch.setattr(msc.search._constants, function, measure)
+    monkeypatch.setattr(msc.study._calibration, function, measure)
     arguments = ["--seed", "3", "--jobs", "1", "--out", "results/found.json"]
     assert main(["survey", constant, *arguments]) == 0
     assert json.loads(Path("results/found.json").read_text("utf-8")) == {
@@ -362,8 +362,8 @@ def test_bad_input_is_named_in_a_sentence(
 ):
     works = (msc.search._sweep, "search_tasks"), (msc.plots._film, "render")
     works += (
-        (msc.search._constants, "locate_cut"),
-        (msc.search._constants, "choose_layout"),
+        (msc.study._calibration, "locate_cut"),
+        (msc.study._calibration, "choose_layout"),
     )
     for module, work in works:
         monkeypatch.setattr(module, work, None)  # it must not come to that

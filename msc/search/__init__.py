@@ -5,12 +5,11 @@ against the energy of the movement. `search_policy` finds the cheapest policy of
 task by several runs of CMA-ES, and `record_search` keeps all that these try;
 `search_tasks` carries out a `SweepPlan`, a search of many tasks that neighbours help,
 on processes or a cluster, and goes on where it was interrupted. `audit_table` examines
-what came out. `locate_cut` and `choose_layout` measured the world's two constants.
-`SearchOptions` has all that a search may be told.
+what came out. `SearchOptions` has all that a search may be told.
 
-A *start* is where a run of CMA-ES begins, a *run* what becomes of it. `task_deg` are
-degrees, counted from the cut; the final distance is `error` (m) in a `Rollout` and a
-`SearchResult`, and the column `distance_m` of a table.
+A *start* is where a run of CMA-ES begins, a *run*, the `CmaRun` of `minimize`, what
+becomes of it. `task_deg` are degrees, counted from the cut; the final distance is
+`error` (m) in a `Rollout` and a `SearchResult`, and `distance_m` in a table.
 """
 
 from typing import TYPE_CHECKING
@@ -19,7 +18,7 @@ from press import face
 
 if TYPE_CHECKING:
     from msc.search._audit import LOWER, audit_table
-    from msc.search._constants import choose_layout, locate_cut
+    from msc.search._cmaes import CmaRun, minimize
     from msc.search._options import SearchOptions
     from msc.search._policy import (
         ENERGY_WEIGHT,

@@ -20,10 +20,20 @@ Costs = Callable[[NDArray[np.float64]], list[float]]
 
 @dataclass(frozen=True, eq=False)
 class CmaRun:
-    """One run of CMA-ES: its name, what it found, what that took.
+    """One run of CMA-ES.
 
-    A run that came near the policy of an earlier one is stopped there: `merged_into` is
-    the number of that one, else -1.
+    Attributes
+    ----------
+    name : str
+        What it is called: where it began.
+    policy : ndarray of shape (n_params,)
+        The best that it found.
+    cost : float
+        What that costs.
+    evaluations : int
+        Policies tried.
+    merged_into : int
+        Number of the earlier run at whose policy it was stopped, else -1.
     """
 
     name: str

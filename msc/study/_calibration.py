@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -21,16 +22,16 @@ from msc.robot import (
     inverse_kinematics,
     random_circles,
 )
-from msc.search._cmaes import CmaRun, Costs, minimize
-from msc.search._options import SearchOptions
-from msc.search._policy import (
+from msc.search import (
     ENERGY_WEIGHT,
     ERROR_WEIGHT,
+    CmaRun,
+    SearchOptions,
+    grid,
     initial_covariance,
-    random_start,
+    minimize,
     search_policy,
 )
-from msc.search._sweep import grid
 
 N_TASKS = 72  # on the circle, of every layout
 KNOT = 1 / 60  # s; step of the plans looked at
@@ -39,6 +40,8 @@ MAX_DEPTH = 0.002  # m; an arm that has to enter an obstacle deeper cannot reach
 
 MAX_DISTANCE = 0.01  # m; farther from its target a task counts as unreachable
 MIN_JUMPS = 3  # the premise of the paper's Experiment 2
+
+_Array = NDArray[np.float64]
 
 
 def locate_cut(
@@ -71,12 +74,12 @@ def locate_cut(
     options = options or SearchOptions()
     walks = [(walk.tolist(), seed, options) for walk in (angles, angles[::-1])]
     below, above = call_in_order(_walk, walks, jobs=min(jobs, 2), label="walks")
-    advantage = np.array(below) - np.array(above[::-1])
-    tie = float(np.interp(0.0, advantage, angles))
+    above = above[::-1]
+    tie = float(np.interp(0.0, np.subtract(below, above), angles))
     return {
         "world_angle_deg": angles.tolist(),
         "cost_from_below": below,
-        "cost_from_above": above[::-1],
+        "cost_from_above": above,
         "tie_deg": tie,
         "cut_deg": math.ceil(2 * tie) / 2,
         "seed": seed,
@@ -117,19 +120,27 @@ def choose_layout(
             looked_at += call_in_order(_look_at, calls, jobs=jobs, label="batch")
             bar.update(jobs)
     chosen = next(layout["layout"] for layout in looked_at if layout["fit"])
-    kept = [layout for layout in looked_at if layout["layout"] <= chosen]
     return {
         "chosen": chosen,
         "n_tasks": N_TASKS,
         "seed": seed,
         **_told(options),
-        "layouts": kept,
+        "layouts": looked_at[: chosen + 1],
     }
 
 
 def _told(options: SearchOptions) -> dict[str, list[str]]:
     """Say which options are not the defaults, if any."""
     return {"options": list(options.changed)} if options.changed else {}
+
+
+def _walk(angles: list[float], seed: int, options: SearchOptions) -> list[float]:
+    """Return the costs along a branch of policies."""
+    search = partial(search_policy, Workspace(cut_deg=0.0), seed=seed, options=options)
+    found = [search(angles[0])]
+    for angle in angles[1:]:
+        found.append(search(angle, n_starts=0, start_policies=[found[-1].policy]))
+    return [one.cost for one in found]
 
 
 def _look_at(
@@ -147,12 +158,11 @@ def _look_at(
     best: list[CmaRun] = []
     for task, (cost, cov) in zip(tasks, tools, strict=True):
         rng = np.random.default_rng([seed, layout, round(1000 * task)])
-        found: list[CmaRun] = []
-        for number in range(2):
-            x0 = random_start(number, first, dmp, rng)
-            run = minimize(cost, x0, first, rng, cov, known=found, options=options)
-            found.append(run)
-        best.append(min(found, key=lambda run: run.cost))
+        x0 = np.zeros(dmp.n_params)
+        runs = [minimize(cost, x0, first, rng, cov, options=options)]
+        x0 = first * rng.standard_normal(dmp.n_params)
+        runs += [minimize(cost, x0, first, rng, cov, known=runs, options=options)]
+        best.append(min(runs, key=lambda run: run.cost))
     for k in [*range(n_tasks), *range(n_tasks)]:
         rng = np.random.default_rng([seed, layout, 1, k])
         cost, cov = tools[k]
@@ -164,27 +174,26 @@ def _look_at(
     jumps = find_jumps(tasks, policies)
     _, path, depth = _plan_joints(workspace, dmp, policies, np.array(tasks))
     farthest = float(np.hypot(*(path[:, -1] - workspace.target(tasks)).T).max())
+    deepest = float(depth.max())
+    is_reached = farthest < MAX_DISTANCE and deepest < MAX_DEPTH
     return {
         "layout": layout,
         "circles": [list(circle) for circle in workspace.circles],
         "jumps_after_deg": [tasks[jump] for jump in jumps],
         "largest_distance_m": farthest,
-        "largest_depth_m": float(depth.max()),
-        "fit": bool(
-            farthest < MAX_DISTANCE
-            and depth.max() < MAX_DEPTH
-            and len(jumps) >= MIN_JUMPS
-        ),
+        "largest_depth_m": deepest,
+        "fit": is_reached and len(jumps) >= MIN_JUMPS,
     }
 
 
-def _planned_cost(workspace: Workspace, dmp: DMP, task: float) -> Costs:
+def _planned_cost(
+    workspace: Workspace, dmp: DMP, task: float
+) -> Callable[[_Array], list[float]]:
     """Give the cost of policies if the arm did what is planned."""
 
-    def costs(policies: NDArray[np.float64]) -> list[float]:
-        joints, path, depth = _plan_joints(
-            workspace, dmp, policies, np.full(len(policies), task)
-        )
+    def costs(policies: _Array) -> list[float]:
+        tasks = np.full(len(policies), task)
+        joints, path, depth = _plan_joints(workspace, dmp, policies, tasks)
         energy = np.sum(np.diff(joints, axis=1) ** 2, axis=(1, 2)) / KNOT
         missed = np.sum((path[:, -1] - workspace.target(task)) ** 2, axis=1)
         planned = ERROR_WEIGHT * missed + ENERGY_WEIGHT * energy
@@ -194,11 +203,8 @@ def _planned_cost(workspace: Workspace, dmp: DMP, task: float) -> Costs:
 
 
 def _plan_joints(
-    workspace: Workspace,
-    dmp: DMP,
-    policies: NDArray[np.float64],
-    tasks: NDArray[np.float64],
-) -> tuple[NDArray[np.float64], ...]:
+    workspace: Workspace, dmp: DMP, policies: _Array, tasks: _Array
+) -> tuple[_Array, _Array, _Array]:
     """Plan joints, the end effector's path and the depth of links in obstacles."""
     times = np.arange(0, 1 + KNOT / 2, KNOT)
     start = forward_kinematics(workspace.home, workspace.link_lengths)[-1]
@@ -207,14 +213,3 @@ def _plan_joints(
     points = forward_kinematics(joints, workspace.link_lengths)
     gaps = [clearance(points, circle) - circle.radius for circle in workspace.circles]
     return joints, points[..., -1, :], np.maximum(0, -np.min(gaps, axis=0))
-
-
-def _walk(angles: list[float], seed: int, options: SearchOptions) -> list[float]:
-    """Return the costs along a branch of policies."""
-    search = partial(search_policy, Workspace(cut_deg=0.0), seed=seed, options=options)
-    found = search(angles[0])
-    costs = [found.cost]
-    for angle in angles[1:]:
-        found = search(angle, n_starts=0, start_policies=[found.policy])
-        costs.append(found.cost)
-    return costs

@@ -3,10 +3,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import msc.search._constants
 from msc import DMP, Arm, SearchResult, Workspace
 from msc.robot import TIME_STEP, Circle, clearance, forward_kinematics, random_circles
-from msc.search import SearchOptions, choose_layout, locate_cut
+from msc.search import SearchOptions
+from msc.study import _calibration as calibration
+from msc.study import choose_layout, locate_cut
 
 
 @pytest.mark.parametrize(("tie", "cut"), [(70.2, 70.5), (70.4, 70.5), (70.6, 71.0)])
@@ -17,7 +18,7 @@ def test_the_cut_is_where_both_sides_cost_the_same(tie, cut, monkeypatch):
         cost = 10 - side * (angle - tie) / 100
         return SearchResult(angle, side, cost, 0.0, 0.0, 0.0, ())
 
-    monkeypatch.setattr(msc.search._constants, "search_policy", search)
+    monkeypatch.setattr(calibration, "search_policy", search)
     found, told = locate_cut(), locate_cut(options=SearchOptions(near=0.1))
     assert told == {**found, "options": ["near=0.1"]}
     assert found["tie_deg"] == pytest.approx(tie)
@@ -35,8 +36,8 @@ def test_the_layout_is_the_first_whose_tasks_are_reached_and_jump(jobs, monkeypa
         assert (n_tasks, seed, options) == (72, 4, SearchOptions())
         return {"layout": layout, "fit": fits[layout]}
 
-    monkeypatch.setattr(msc.search._constants, "_look_at", look_at)
-    monkeypatch.setattr(msc.search._constants, "call_in_order", starcall)
+    monkeypatch.setattr(calibration, "_look_at", look_at)
+    monkeypatch.setattr(calibration, "call_in_order", starcall)
     found = choose_layout(seed=4, jobs=jobs)
     assert found["chosen"] == 2
     assert [one["layout"] for one in found["layouts"]] == [0, 1, 2]
@@ -49,14 +50,14 @@ def starcall(function, calls, **_):
 
 def test_a_look_at_a_layout_says_what_it_found():
     once = SearchOptions(max_evaluations=9)
-    found = msc.search._constants._look_at(3, n_tasks=6, seed=0, options=once)
-    assert found == msc.search._constants._look_at(3, n_tasks=6, seed=0, options=once)
+    found = calibration._look_at(3, n_tasks=6, seed=0, options=once)
+    assert found == calibration._look_at(3, n_tasks=6, seed=0, options=once)
     assert found["circles"] == [list(circle) for circle in random_circles(3)]
     assert set(found["jumps_after_deg"]) <= set(range(0, 360, 60))
     assert found["fit"] == (
-        found["largest_distance_m"] < msc.search._constants.MAX_DISTANCE
-        and found["largest_depth_m"] < msc.search._constants.MAX_DEPTH
-        and len(found["jumps_after_deg"]) >= msc.search._constants.MIN_JUMPS
+        found["largest_distance_m"] < calibration.MAX_DISTANCE
+        and found["largest_depth_m"] < calibration.MAX_DEPTH
+        and len(found["jumps_after_deg"]) >= calibration.MIN_JUMPS
     )
 
 
@@ -69,7 +70,7 @@ def test_the_planned_cost_is_that_of_an_arm_that_does_what_is_planned():
     energy = np.sum(np.diff(plans, axis=1) ** 2, axis=(1, 2)) / TIME_STEP
     walled = replace(world, circles=(Circle(0.0, 0.8, 0.05),))
     np.testing.assert_allclose(
-        msc.search._constants._planned_cost(walled, DMP(), 200)(policies),
+        calibration._planned_cost(walled, DMP(), 200)(policies),
         100 * missed**2 + 0.005 * energy,
         rtol=0.01,
     )
@@ -78,7 +79,7 @@ def test_the_planned_cost_is_that_of_an_arm_that_does_what_is_planned():
 def test_entering_an_obstacle_costs_the_depth_and_the_time():
     free, policies = Workspace.free(), np.zeros((1, 6))
     walled = replace(free, circles=(Circle(-0.5, 0.2, 0.05),))
-    joints, _, depth = msc.search._constants._plan_joints(
+    joints, _, depth = calibration._plan_joints(
         walled, DMP(), policies, np.array([90.0])
     )
     gaps = (
@@ -89,7 +90,7 @@ def test_entering_an_obstacle_costs_the_depth_and_the_time():
     assert depth.max() > 0.05
     outside = replace(free, circles=(Circle(0.0, 0.8, 0.05),))
     extra = np.subtract(
-        msc.search._constants._planned_cost(walled, DMP(), 90)(policies),
-        msc.search._constants._planned_cost(outside, DMP(), 90)(policies),
+        calibration._planned_cost(walled, DMP(), 90)(policies),
+        calibration._planned_cost(outside, DMP(), 90)(policies),
     )
-    assert extra == pytest.approx(msc.search._constants.DEPTH_WEIGHT * depth.sum() / 60)
+    assert extra == pytest.approx(calibration.DEPTH_WEIGHT * depth.sum() / 60)
