@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -22,6 +22,9 @@ N_STARTS = 4  # of a search done again, none of them from a known policy
 LOWER = 0.005  # a cost this share below the stored one tells of a missed policy
 FINEST_DEG = 1 / 8  # to which a jump is bisected
 LASTING = 0.7  # share of a step that its larger half must keep to be a jump
+
+_Search = Callable[..., SearchResult]
+_Call = Callable[..., list[Any]]
 
 
 def audit_table(
@@ -101,7 +104,10 @@ def _find_workspace(path: Path, given: str | None) -> str:
     """Return the workspace of a table: as given, or as its data package has it."""
     known = {one["path"]: one for one in read_package(path.parent)["resources"]}
     resource = known.get(path.name, {})
-    recorded = resource.get("workspace") or _of_command(str(resource.get("command")))
+    recorded, command = resource.get("workspace"), str(resource.get("command"))
+    if not recorded and command.split()[:2] == ["msc", "search"]:
+        told = re.search(r"\s--workspace[\s=]+(\S+)", command)
+        recorded = told[1] if told else "free"
     if given is None and recorded is None:
         raise ValueError(
             f"{path.name}: no data package beside it tells its workspace; wanted "
@@ -115,87 +121,59 @@ def _find_workspace(path: Path, given: str | None) -> str:
     return str(given or recorded)
 
 
-def _of_command(command: str) -> str | None:
-    """Return the workspace of a command line `msc search …`; None of any other."""
-    if command.split()[:2] != ["msc", "search"]:
-        return None
-    told = re.search(r"\s--workspace[\s=]+(\S+)", command)
-    return told[1] if told else "free"
-
-
 def _execute_again(workspace: Workspace, data: Dataset) -> dict[str, Any]:
     """Execute all policies and compare the final distances with the stored ones."""
     with Arm(workspace) as arm:
         rollouts = arm.execute_many(data.policies, data.task_deg.tolist())
-    stored = data.table["distance_m"].to_numpy()
-    found = np.array([rollout.error for rollout in rollouts])
+    changes = [rollout.error for rollout in rollouts] - data.table["distance_m"]
     return {
-        "identical": int((found == stored).sum()),
-        "largest_difference_m": float(np.abs(found - stored).max()),
+        "identical": int((changes == 0).sum()),
+        "largest_difference_m": float(changes.abs().max()),
     }
 
 
 def _search_again(
-    workspace: Workspace,
-    sample: pd.DataFrame,
-    search: Callable[..., SearchResult],
-    call: Callable[..., list[Any]],
+    workspace: Workspace, sample: pd.DataFrame, search: _Search, call: _Call
 ) -> dict[str, Any]:
     """Search tasks from scratch and compare the costs with the stored ones."""
+    search = partial(search, n_starts=N_STARTS)
     tasks = sample["task_deg"].to_list()
-    found = call(
-        partial(search, n_starts=N_STARTS),
-        [(workspace, task) for task in tasks],
-        label="searched again",
-    )
-    changes = [
-        result.cost / stored - 1
-        for result, stored in zip(found, sample["cost"], strict=True)
-    ]
+    found = call(search, [(workspace, task) for task in tasks], label="searched again")
+    changes = [result.cost for result in found] / sample["cost"] - 1
     return {
         "task_deg": tasks,
-        "change_of_cost": changes,
-        "n_cheaper": int(np.sum(np.array(changes) < -LOWER)),
+        "change_of_cost": changes.to_list(),
+        "n_cheaper": int((changes < -LOWER).sum()),
         "n_starts": N_STARTS,
     }
 
 
 def _bisect_jumps(
-    workspace: Workspace,
-    data: Dataset,
-    search: Callable[..., SearchResult],
-    call: Callable[..., list[Any]],
+    workspace: Workspace, data: Dataset, search: _Search, call: _Call
 ) -> list[dict[str, Any]]:
     """Settle which large steps between neighbouring tasks are jumps."""
     tasks, policies = data.task_deg, data.policies
-    after = np.append(tasks[1:], tasks[0] + 360)
-    calls = [
-        (
-            workspace,
-            (float(tasks[k]), float(after[k])),
-            (policies[k], policies[(k + 1) % len(policies)]),
-        )
-        for k in find_jumps(tasks, policies, closed=True)
-    ]
-    return call(partial(_bisect, search), calls, label="jumps bisected")
+    ends = np.stack([tasks, np.append(tasks[1:], tasks[0] + 360)], axis=1).tolist()
+    pairs = np.stack([policies, np.roll(policies, -1, axis=0)], axis=1)
+    jumps = find_jumps(tasks, policies, closed=True)
+    calls = [(search, workspace, ends[k], pairs[k]) for k in jumps]
+    return call(_bisect, calls, label="jumps bisected")
 
 
 def _bisect(
-    search: Callable[..., SearchResult],
+    search: _Search,
     workspace: Workspace,
-    ends_deg: tuple[float, float],
-    policies: tuple[NDArray[np.float64], NDArray[np.float64]],
+    ends_deg: Sequence[float],
+    policies: Sequence[NDArray[np.float64]],
 ) -> dict[str, Any]:
     """Close in on a step between two tasks, as long as it stays a step."""
     (low, high), (before, after) = ends_deg, policies
     sizes = [float(np.linalg.norm(after - before))]
     while high - low > FINEST_DEG:
         # The task half-way, from both sides and independently; the larger half goes on.
-        middle = (low + high) / 2
-        found = search(
-            workspace, middle, n_starts=1, start_policies=(before, after)
-        ).policy
-        halves = [float(np.linalg.norm(found - end)) for end in (before, after)]
+        middle, sides = (low + high) / 2, (before, after)
+        found = search(workspace, middle, n_starts=1, start_policies=sides).policy
+        halves = [float(np.linalg.norm(found - side)) for side in sides]
         if max(halves) < LASTING * sizes[-1]:
             break
         if halves[0] > halves[1]:

@@ -35,46 +35,33 @@ class Journal:
     """Results of a search, one line of JSON each, under a line that names the search.
 
     Each line has a digest of the rest of it and of the search, so that no other line is
-    ever taken for one. To be used as a context manager, which holds the file locked.
+    ever taken for one. `results` has what is done, by phase and task number.
 
-    Parameters
-    ----------
-    path : Path or None
-        The file; None keeps nothing. One that belongs to another plan, or to other
-        code, is begun anew; what follows a line that was torn by a crash, or that this
-        search did not write, is dropped with it.
-    plan : object
-        What is searched; its `repr` identifies it.
-
-    Attributes
-    ----------
-    results : dict
-        What is done, by phase and task number.
-
-    Raises
-    ------
-    ValueError
-        If another process has the file locked.
+    A file of another plan, which its `repr` identifies, or of other code is begun anew;
+    what follows a line that was torn by a crash, or that this search did not write, is
+    dropped with it. Without a path nothing is kept. To be used as a context manager,
+    which holds the file locked and refuses one that another process has.
     """
 
     def __init__(self, path: Path | None, plan: object) -> None:
         self.results: dict[tuple[str, int], SearchResult] = {}
-        self._path = path
+        self._path, self._held = path, ExitStack()
         self._file: IO[bytes] | None = None
-        self._held = ExitStack()
-        if path is not None:
-            self._header = json.dumps({"plan": _fingerprint(plan)}).encode()
-            path.parent.mkdir(parents=True, exist_ok=True)
-            refusal = (
-                f"{path} is in use by another search; wait for it, stop it, or write "
-                "elsewhere"
-            )
-            path.touch()
-            with ExitStack() as held:
-                held.enter_context(locked(path, refusal))
-                self._file = held.enter_context(path.open("a+b"))
-                self._take_over(self._file)
-                self._held = held.pop_all()
+        if path is None:
+            return
+        named = f"{plan!r} {identify_code()}".encode()
+        self._header = json.dumps({"plan": hashlib.sha256(named).hexdigest()}).encode()
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.touch()
+        refusal = (
+            f"{path} is in use by another search; wait for it, stop it, or write "
+            "elsewhere"
+        )
+        with ExitStack() as held:
+            held.enter_context(locked(path, refusal))
+            self._file = held.enter_context(path.open("a+b"))
+            self._take_over(self._file)
+            self._held = held.pop_all()
 
     def __enter__(self) -> Journal:
         """Return the journal itself."""
@@ -88,10 +75,10 @@ class Journal:
     def append(self, phase: str, k: int, result: SearchResult) -> None:
         """Keep a result."""
         self.results[phase, k] = result
-        entry = {"phase": phase, "k": k, "result": asdict(result)}
-        if self._file is not None:
+        if self._file:
+            entry = {"phase": phase, "k": k, "result": asdict(result)}
             text = json.dumps(entry, default=np.ndarray.tolist).encode()
-            self._write(self._seal(text[1:]))
+            self._write(self._file, self._seal(text[1:]))
 
     def _take_over(self, file: IO[bytes]) -> None:
         """Take over what the file holds of this search, and drop the rest."""
@@ -99,14 +86,14 @@ class Journal:
         lines = file.read().split(b"\n")
         if lines[0] != self._header or len(lines) == 1:
             file.truncate(0)
-            self._write(self._header)
+            self._write(file, self._header)
             return
         whole = len(self._header) + 1
         for line in lines[1:-1]:
             if line != self._seal(line[_SEAL:]):
                 break
             entry = json.loads(line)
-            self.results[entry["phase"], entry["k"]] = _result(entry["result"])
+            self.results[entry["phase"], entry["k"]] = _result(**entry["result"])
             whole += len(line) + 1
         file.truncate(whole)
 
@@ -115,34 +102,24 @@ class Journal:
         digest = hashlib.sha256(self._header + rest).hexdigest()
         return b'{"digest": "%b", %b' % (digest.encode(), rest)
 
-    def _write(self, line: bytes) -> None:
+    def _write(self, file: IO[bytes], line: bytes) -> None:
         """Append a line at once."""
-        if self._file is None:
-            return
         try:
-            self._file.write(line + b"\n")
-            self._file.flush()
+            file.write(line + b"\n")
+            file.flush()
         except OSError as error:
             raise OSError(error.errno, error.strerror, str(self._path)) from None
 
 
-def _result(entry: dict[str, Any]) -> SearchResult:
+def _result(policy: Any, runs: Any, **numbers: Any) -> SearchResult:
     """Rebuild a result from its JSON."""
-    runs = tuple(
-        CmaRun(**{**run, "policy": np.array(run["policy"])}) for run in entry["runs"]
-    )
-    fields = {**entry, "policy": np.array(entry["policy"]), "runs": runs}
-    return SearchResult(**fields)
+    runs = [CmaRun(**run | {"policy": np.array(run["policy"])}) for run in runs]
+    return SearchResult(policy=np.array(policy), runs=tuple(runs), **numbers)
 
 
 def identify_code() -> str:
     """Identify the code that a search runs."""
-    digest = hashlib.sha256()
+    digest, package = hashlib.sha256(), Path(__file__).parents[1]
     for name in CODE:
-        digest.update((Path(__file__).parents[1] / f"{name}.py").read_bytes())
+        digest.update((package / f"{name}.py").read_bytes())
     return digest.hexdigest()
-
-
-def _fingerprint(plan: object) -> str:
-    """Identify a plan together with the code that carries it out."""
-    return hashlib.sha256(f"{plan!r} {identify_code()}".encode()).hexdigest()

@@ -27,14 +27,15 @@ from msc.data import WEIGHTS
 from msc.robot import Workspace
 from msc.search._journal import Journal, identify_code
 from msc.search._options import SearchOptions
-from msc.search._policy import (
-    ENERGY_WEIGHT,
-    ERROR_WEIGHT,
-    SearchResult,
-    search_policy,
-)
+from msc.search._policy import ENERGY_WEIGHT, ERROR_WEIGHT, SearchResult, search_policy
 
-_NEIGHBOURS = ("task before", "task after")  # the policies given to a search
+_GIVEN = {
+    "given 0": "task before",
+    "given 1": "task after",
+}  # whose policies start runs
+
+# What is asked of a phase: by task number, policies to start from and what is known.
+_Work = dict[int, tuple[Sequence[NDArray[np.float64]], SearchResult | None]]
 
 
 @dataclass(frozen=True)
@@ -148,9 +149,8 @@ def search_tasks(
             known: list[tuple[float, ArrayLike]] = list(plan.guide)
             known += [(tasks[k], result.policy) for k, result in results.items()]
             work: _Work = {k: (_on_either_side(known, tasks[k]), None) for k in new}
-            phase = f"level {level}"
-            results |= search(phase, work)
-            _make_consistent(search, phase, ring, results, plan.options)
+            results |= search(f"level {level}", work)
+            _make_consistent(search, f"level {level}", ring, results, plan.options)
     return pd.DataFrame([_row(plan.seed, tasks[k], results[k]) for k in range(n_tasks)])
 
 
@@ -165,28 +165,20 @@ def _make_consistent(
     stale = set(range(len(ring)))
     for sweep in range(options.max_sweeps):
         turn = [place for place in sorted(stale) if place % 2 == sweep % 2]
-        work: _Work = {
-            ring[place]: (
-                (
-                    results[ring[place - 1]].policy,
-                    results[ring[(place + 1) % len(ring)]].policy,
-                ),
-                results[ring[place]],
-            )
-            for place in turn
-        }
+        work: _Work = {}
+        for place in turn:
+            sides = results[ring[place - 1]], results[ring[(place + 1) % len(ring)]]
+            starts = tuple(side.policy for side in sides)
+            work[ring[place]] = starts, results[ring[place]]
         better = search(f"{level}, sweep {sweep}", work)
         stale -= set(turn)
         for place in turn:
-            k = ring[place]
-            if _differ(better[k], results[k], options.near):
+            new, old = better[ring[place]].policy, results[ring[place]].policy
+            if np.linalg.norm(new - old) > options.near * np.linalg.norm(old):
                 stale |= {(place - 1) % len(ring), (place + 1) % len(ring)}
         results |= better
         if not stale:
             break
-
-
-_Work = dict[int, tuple[Sequence[NDArray[np.float64]], SearchResult | None]]
 
 
 def _batch(
@@ -199,50 +191,37 @@ def _batch(
     progress: bool,
 ) -> dict[int, SearchResult]:
     """Search the tasks of one phase, those that the journal knows excepted."""
-    known = {k: done.results[phase, k] for k in work if (phase, k) in done.results}
-    left = [k for k in work if k not in known]
+    left = [k for k in work if (phase, k) not in done.results]
     bar = tqdm(
         run(_search, [(plan, k, *work[k]) for k in left]),
         desc=phase,
-        initial=len(known),
+        initial=len(work) - len(left),
         total=len(work),
         unit="task",
         disable=not progress or not left,
     )
     for number, result in bar:
         done.append(phase, left[number], result)
-        known[left[number]] = result
-    return known
+    return {k: done.results[phase, k] for k in work}
 
 
 def _search(
     plan: SweepPlan,
     k: int,
-    start_policies: Sequence[NDArray[np.float64]],
+    starts: Sequence[NDArray[np.float64]],
     incumbent: SearchResult | None,
 ) -> SearchResult:
     """Search one task, in a worker."""
-    search = partial(
-        search_policy,
-        plan.workspace,
-        plan.tasks_deg[k],
-        seed=plan.seed,
-        options=plan.options,
-    )
-    result = search(
-        n_starts=0 if incumbent else 1 if start_policies else plan.n_starts,
-        start_policies=start_policies,
-        incumbent=incumbent,
-    )
-    if not incumbent and start_policies and result.n_agreeing < len(result.runs):
+    search = partial(search_policy, plan.workspace, plan.tasks_deg[k])
+    search = partial(search, seed=plan.seed, options=plan.options)
+    if incumbent:
+        return search(n_starts=0, start_policies=starts, incumbent=incumbent)
+    if not starts:
+        return search(n_starts=plan.n_starts)
+    result = search(n_starts=1, start_policies=starts)
+    if result.n_agreeing < len(result.runs):
         result = search(n_starts=plan.n_starts - 1, incumbent=result)
     return result
-
-
-def _differ(one: SearchResult, other: SearchResult, near: float) -> bool:
-    """Whether two results are different behaviours, not one a little further on."""
-    apart = np.linalg.norm(one.policy - other.policy)
-    return bool(apart > near * np.linalg.norm(other.policy))
 
 
 def _on_either_side(
@@ -258,7 +237,6 @@ def _on_either_side(
 
 def _row(seed: int, task: float, result: SearchResult) -> dict[str, Any]:
     """Put a result into columns."""
-    kind, _, number = result.winner.partition(" ")
     return {
         "task_deg": task,
         **dict(zip(WEIGHTS, result.policy.tolist(), strict=True)),
@@ -272,6 +250,6 @@ def _row(seed: int, task: float, result: SearchResult) -> dict[str, Any]:
         "starts": len(result.runs),
         "starts_agreeing": result.n_agreeing,
         "margin": result.margin,
-        "winner": _NEIGHBOURS[int(number)] if kind == "given" else result.winner,
+        "winner": _GIVEN.get(result.winner, result.winner),
         "seed": seed,
     }
