@@ -123,7 +123,7 @@ def contents(folder):
 
 def test_a_cluster_finds_what_one_process_finds(cluster, whole, here, monkeypatch):
     address, _ = cluster
-    monkeypatch.setattr(msc.search._sweep, "search_policy", None)  # not here
+    monkeypatch.setattr(msc.search._sweep, "search_steps", None)  # not here
     assert main([*SEARCH, "--dask", address, "--out", "new/table.csv"]) == 0
     assert contents(here / "new") == whole
 

@@ -16,8 +16,8 @@ from msc.search._policy import random_start
 
 free = Workspace.free()
 rough = np.array([3.0, -2.0, 1.0, 0.5, 2.0, -1.0])
-brief = SearchOptions(max_evaluations=44)  # five times nine
-once = SearchOptions(max_evaluations=8)
+brief = SearchOptions(max_evaluations=44, agreement=2.0)  # five times nine
+once = SearchOptions(max_evaluations=8, agreement=2.0)
 search = partial(search_policy, options=brief)
 
 
@@ -84,8 +84,9 @@ def test_more_starts_go_on_from_fewer():
 def test_every_run_draws_numbers_of_its_own(monkeypatch):
     drawn = []
 
-    def draw(costs, x0, sigma0, rng, sqrt_cov, *, name, known, options):
+    def draw(x0, sigma0, rng, sqrt_cov, *, name, **_):
         drawn.append(rng.standard_normal())
+        yield x0[np.newaxis]
         return CmaRun(name, x0, 1.0, 9)
 
     monkeypatch.setattr(msc.search._policy, "minimize", draw)
@@ -175,7 +176,17 @@ narrow = 0.003 * np.eye(6)
 def run(x0, known, *, sqrt_cov=narrow, seed=0, options=brief):
     """Run CMA-ES from a policy."""
     rng = np.random.default_rng(seed)
-    return minimize(flat, x0, 1.0, rng, sqrt_cov, known=known, options=options)
+    return paid(flat, minimize(x0, 1.0, rng, sqrt_cov, known=known, options=options))
+
+
+def paid(costs, asking):
+    """Answer a search's questions; return what it found."""
+    answer = None
+    while True:
+        try:
+            answer = costs(asking.send(answer))
+        except StopIteration as end:
+            return end.value
 
 
 def test_a_run_merges_into_the_one_whose_policy_it_comes_upon():
@@ -388,6 +399,7 @@ def test_each_option_is_heeded():
     assert told(tolerance=1e9)[0].evaluations < 44
     assert told(stalled=1, gain=0.9)[0].evaluations == 18
     assert told(near=1e9)[1].merged_into == 0
+    assert told(agreement=0.5)[0].cost != given.cost
     assert usual.n_agreeing == 1
     assert replace(usual, same=9.0).n_agreeing == 3
     agreeing = search(free, 90, seed=0, n_starts=2, options=replace(brief, same=9.0))

@@ -136,6 +136,7 @@ def made_up_search(depths):
             starts.append(CmaRun(name, behaviour(basin), float(depths[k, basin]), 9))
         best = min(starts, key=lambda start: start.cost)
         return SearchResult(task, best.policy, best.cost, 0.0, 0.0, 0.0, tuple(starts))
+        yield  # nothing is executed
 
     search.calls = calls
     return search
@@ -148,7 +149,7 @@ def test_the_best_behaviour_spreads_to_all_and_costs_only_fall(order, seed, coar
     depths[:, order[0]] -= 1
     options = SearchOptions(coarse_deg=coarse)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(msc.search._sweep, "search_policy", made_up_search(depths))
+        patch.setattr(msc.search._sweep, "search_steps", made_up_search(depths))
         table = search_tasks(replace(plan, n_starts=4, options=options))
     assert (table["weight_x1"] == order[0]).all()
     np.testing.assert_array_equal(table["cost"], depths[:, order[0]])
@@ -156,14 +157,14 @@ def test_the_best_behaviour_spreads_to_all_and_costs_only_fall(order, seed, coar
 
 def test_the_pass_rests_when_nothing_spreads(monkeypatch):
     search = made_up_search(np.ones((4, 1)))
-    monkeypatch.setattr(msc.search._sweep, "search_policy", search)
+    monkeypatch.setattr(msc.search._sweep, "search_steps", search)
     search_tasks(plan)
     assert sorted(call[0] for call in search.calls) == sorted([0, 1, 2, 3] * 2)
 
 
 def test_a_winner_from_next_door_is_named_so(monkeypatch):
     depths = np.array([[1, 9, 9, 9], [1, 2, 9, 9], [9, 9, 1, 9], [1, 9, 9, 2]])
-    monkeypatch.setattr(msc.search._sweep, "search_policy", made_up_search(depths))
+    monkeypatch.setattr(msc.search._sweep, "search_steps", made_up_search(depths))
     winners = search_tasks(plan)["winner"].tolist()
     assert winners == ["start 0", "task before", "start 0", "task after"]
 
@@ -171,7 +172,7 @@ def test_a_winner_from_next_door_is_named_so(monkeypatch):
 @pytest.mark.parametrize(("n_tasks", "n_first"), [(72, 72), (144, 72), (145, 73)])
 def test_tasks_five_degrees_apart_are_searched_first(n_tasks, n_first, monkeypatch):
     search = made_up_search(np.ones((n_tasks, 1)))
-    monkeypatch.setattr(msc.search._sweep, "search_policy", search)
+    monkeypatch.setattr(msc.search._sweep, "search_steps", search)
     search_tasks(replace(plan, tasks_deg=grid(n_tasks), n_starts=3))
     coarse = range(0, n_tasks, n_tasks // 72)
     fine = sorted(set(range(n_tasks)) - set(coarse))
@@ -185,7 +186,7 @@ def test_tasks_five_degrees_apart_are_searched_first(n_tasks, n_first, monkeypat
 def test_tasks_between_start_from_what_was_made_consistent(monkeypatch):
     depths = np.array([[1, 9, 9, 9], [9, 9, 9, 9], [1, 9, 2, 9], [9, 9, 9, 9]])
     search = made_up_search(depths)  # task 2 finds basin 2, and 0 only from task 0
-    monkeypatch.setattr(msc.search._sweep, "search_policy", search)
+    monkeypatch.setattr(msc.search._sweep, "search_steps", search)
     search_tasks(replace(plan, options=SearchOptions(coarse_deg=180.0)))
     between = [call for call in search.calls if call[0] in (1, 3) and not call[3]]
     assert between == [(1, [0, 0], 1, False), (3, [0, 0], 1, False)]
@@ -193,7 +194,7 @@ def test_tasks_between_start_from_what_was_made_consistent(monkeypatch):
 
 def test_more_starts_are_spent_only_where_the_first_disagree(monkeypatch):
     search = made_up_search(np.tile([1.0, 2, 3], (4, 1)))
-    monkeypatch.setattr(msc.search._sweep, "search_policy", search)
+    monkeypatch.setattr(msc.search._sweep, "search_steps", search)
     options = SearchOptions(coarse_deg=180.0, max_sweeps=0)
     table = search_tasks(replace(plan, n_starts=3, options=options))
     assert search.calls[2:] == [
@@ -213,7 +214,7 @@ def test_a_guide_s_tasks_are_neighbours_known_from_the_beginning(monkeypatch):
     depths = np.array([[9, 1], [1, 9], [1, 9], [9, 9.0]])
     guide = tuple((angle, tuple(behaviour(1))) for angle in (300.0, 60.0))
     search = made_up_search(depths)
-    monkeypatch.setattr(msc.search._sweep, "search_policy", search)
+    monkeypatch.setattr(msc.search._sweep, "search_steps", search)
     options = SearchOptions(coarse_deg=180.0)
     table = search_tasks(replace(plan, n_starts=3, guide=guide, options=options))
     assert [call[:2] for call in search.calls if not call[3]] == [
@@ -264,7 +265,7 @@ def test_an_interrupted_search_ends_alike(n_done, whole, tmp_path, monkeypatch):
 
 def test_a_finished_journal_is_all_it_takes(whole, tmp_path, monkeypatch):
     search_tasks(twofold, journal=tmp_path / "journal")
-    monkeypatch.setattr(msc.search._sweep, "search_policy", None)
+    monkeypatch.setattr(msc.search._sweep, "search_steps", None)
     assert to_csv(search_tasks(twofold, journal=tmp_path / "journal")) == whole
 
 

@@ -261,9 +261,9 @@ def _warn_of_unclosed(name: str) -> None:
     )
 
 
-def _forgettable_arm(workspace: Workspace, dmp: DMP) -> Arm:
+def _forgettable_arm(workspace: Workspace, dmp: DMP, n_parallel: int) -> Arm:
     """Build an arm that may be forgotten."""
-    arm = Arm(workspace, dmp=dmp)
+    arm = Arm(workspace, dmp=dmp, n_parallel=n_parallel)
     arm._unclosed.detach()
     return arm
 
@@ -272,13 +272,15 @@ class _ArmCache(threading.local):
     """The arms that a thread keeps, freed as it ends."""
 
     def __init__(self) -> None:
-        self.arm = lru_cache(maxsize=4)(_forgettable_arm)
+        self.arm = lru_cache(maxsize=6)(_forgettable_arm)
 
 
 _cache = _ArmCache()
 
 
-def cached_arm(workspace: Workspace, dmp: DMP | None = None) -> Arm:
+def cached_arm(
+    workspace: Workspace, dmp: DMP | None = None, *, n_parallel: int = 9
+) -> Arm:
     """Return the arm that this thread keeps for a world: building one takes time.
 
     Parameters
@@ -287,11 +289,13 @@ def cached_arm(workspace: Workspace, dmp: DMP | None = None) -> Arm:
         Where it stands.
     dmp : DMP, optional
         What a policy means; by default ``DMP()``.
+    n_parallel : int, default=9
+        Copies simulated side by side.
 
     Returns
     -------
     Arm
-        Not to be closed: the thread keeps four, and frees them as it ends. What it does
+        Not to be closed: the thread keeps six, and frees them as it ends. What it does
         does not depend on what it did before.
     """
-    return _cache.arm(workspace, dmp or DMP())
+    return _cache.arm(workspace, dmp or DMP(), n_parallel)

@@ -1,65 +1,57 @@
-"""CMA-ES: from where a search begins to the policy that costs least around it.
+"""CMA-ES with a surrogate: from where a search begins to the cheapest policy around it.
 
 The only module that imports pycma. Equations are those of Hansen's tutorial,
-arXiv 1604.00772.
+arXiv 1604.00772; the surrogate is that of lq-CMA-ES: N. Hansen, "A Global Surrogate
+Assisted CMA-ES", GECCO 2019.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass
 
 import cma
 import numpy as np
+from cma.fitness_models import LQModel
 from numpy.typing import NDArray
 
 from msc.search._options import SearchOptions
 
-Costs = Callable[[NDArray[np.float64]], list[float]]
+Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, eq=False)
 class CmaRun:
-    """One run of CMA-ES.
+    """One run of CMA-ES: its name, what it found, what that took.
 
-    Attributes
-    ----------
-    name : str
-        What it is called: where it began.
-    policy : ndarray of shape (n_params,)
-        The best that it found.
-    cost : float
-        What that costs.
-    evaluations : int
-        Policies tried.
-    merged_into : int
-        Number of the earlier run at whose policy it was stopped, else -1.
+    A run that came near the policy of an earlier one is stopped there: `merged_into` is
+    the number of that one, else -1. A run whose first policies all cost the same has
+    nowhere to go: it `failed`.
     """
 
     name: str
-    policy: NDArray[np.float64]
+    policy: Array
     cost: float
     evaluations: int
     merged_into: int = -1
+    failed: bool = False
 
 
 def minimize(
-    costs: Costs,
-    x0: NDArray[np.float64],
+    x0: Array,
     sigma0: float,
     rng: np.random.Generator,
-    sqrt_cov: NDArray[np.float64],
+    sqrt_cov: Array,
     *,
     name: str = "start",
     known: Sequence[CmaRun] = (),
     options: SearchOptions,
-) -> CmaRun:
+    seen: list[tuple[Array, Array]] | None = None,
+) -> Generator[Array, Sequence[float], CmaRun]:
     """Run CMA-ES until it converges, stalls or comes near the policy of a known run.
 
     Parameters
     ----------
-    costs : callable
-        Gives the costs of policies, an array of shape (population, n_params).
     x0 : ndarray of shape (n_params,)
         Where to begin.
     sigma0 : float
@@ -74,6 +66,13 @@ def minimize(
         Earlier runs, at which this one may be stopped or given up.
     options : SearchOptions
         When a run ends, and what is near.
+    seen : list, optional
+        Gets the policies of each generation and their costs, NaN if not asked for.
+
+    Yields
+    ------
+    ndarray of shape (n_policies, n_params)
+        Policies, for whose costs it waits.
 
     Returns
     -------
@@ -82,39 +81,48 @@ def minimize(
     """
     strategy = cma.CMAEvolutionStrategy(
         np.zeros(len(x0)),
-        sigma0,
+        1.0,
         {
             "seed": np.nan,  # all draws come from rng
             "randn": lambda *size: rng.standard_normal(size),
             "popsize": options.population,  # lambda (eq. 48)
-            "maxfevals": options.max_evaluations,
             "tolfun": options.tolerance,
+            "CMA_injections_threshold_keep_len": 1,  # as lq-CMA-ES has it
             "verbose": -9,
             "verb_log": 0,
         },
     )
+    # z ~ N(m, sigma^2 C) (eqs. 38-40), with m = 0, sigma = 1 and C = I to begin with,
+    # and x = x0 + A z: the first covariance of policies is A A'.
+    transform = sigma0 * sqrt_cov
+    surrogate = _Surrogate(options)
     policies = np.array([run.policy for run in known])
     reach = options.near * np.linalg.norm(policies, axis=-1)
+    reach *= [not run.failed for run in known] if known else 1  # none joins those
     paid = np.array([run.cost for run in known])
-    policy, best, merged_into = x0, np.inf, -1
+    policy, best, evaluations, merged_into = x0, np.inf, 0, -1
     earlier = [np.inf] * options.stalled  # best costs after the last generations
-    while merged_into < 0 and not strategy.stop():
-        # z ~ N(m, sigma^2 C) (eqs. 38-40), with m = 0 and C = I to begin with, and
-        # x = x0 + A z: the first covariance of policies is sigma0^2 A A'.
+    while (
+        merged_into < 0 and evaluations <= options.max_evaluations and not strategy.stop()
+    ):
         asked = np.array(strategy.ask())
-        tried = x0 + asked @ sqrt_cov.T
-        values = costs(tried)
+        tried = x0 + asked @ transform.T
+        values, costs = yield from surrogate.evaluate(asked, tried)
+        if seen is not None:
+            seen.append((tried, costs))
         strategy.tell(asked, values)  # m, sigma and C of the next (eqs. 41-47)
-        if min(values) < best:
-            policy, best = tried[np.argmin(values)], min(values)
+        strategy.inject(surrogate.optimum)
+        evaluations += np.isfinite(costs).sum()
+        if np.nanmin(costs) < best:
+            policy, best = tried[np.nanargmin(costs)], np.nanmin(costs)
         earlier.append(best)
         if earlier[-options.stalled - 1] - best < options.gain * best:
             break
         if known:
-            mean = x0 + sqrt_cov @ strategy.mean
+            mean = x0 + transform @ strategy.mean
             # The cloud's widest standard deviation: the largest singular value of
             # sigma A B D, since C = B D^2 B' (eq. 39).
-            axes = sqrt_cov @ strategy.B * strategy.D
+            axes = transform @ strategy.B * strategy.D
             spread = strategy.sigma * np.linalg.norm(axes, 2)
             apart = np.linalg.norm(policies - mean, axis=1)
             near = (np.maximum(spread, apart) < reach) & (best >= paid)
@@ -122,6 +130,72 @@ def minimize(
                 reached = int(near.argmax())
                 first = known[reached].merged_into
                 merged_into = first if first >= 0 else reached
-            if strategy.countevals >= options.patience and best > 2 * paid.min():
+            if evaluations >= options.patience and best > 2 * paid.min():
                 break
-    return CmaRun(name, policy, float(best), strategy.countevals, merged_into)
+    flat = strategy.countiter == 1 and "tolfun" in strategy.stop()
+    return CmaRun(name, policy, float(best), int(evaluations), merged_into, flat)
+
+
+class _Surrogate:
+    """Costs of a generation, of which only some are asked for (Hansen 2019, alg. 1).
+
+    A linear, then quadratic model is fitted to the costs known of a run. It ranks a
+    generation; the policies it thinks best are executed, one, then half as many again,
+    until its ranks agree with the costs. The rest get the model's values.
+    """
+
+    def __init__(self, options: SearchOptions) -> None:
+        self._agreement = options.agreement
+        self._model = LQModel(max_absolute_size=options.population)
+
+    @property
+    def optimum(self) -> list[Array]:
+        """Where the model is least: a policy for the next generation; none if unused."""
+        return [self._model.xopt] if self._agreement <= 1 else []
+
+    def evaluate(
+        self, points: Array, policies: Array
+    ) -> Generator[Array, Sequence[float], tuple[Array, Array]]:
+        """Ask for some costs; return values of all points, and the costs, NaN if none.
+
+        The points are the model's coordinates of the policies.
+        """
+        costs = np.full(len(points), np.nan)
+        if self._agreement > 1:  # no model could agree so well: plain CMA-ES
+            costs[:] = yield policies
+            return costs, costs
+        model, n_true = self._model, max(1, 4 - self._model.size)
+        while True:
+            order = np.argsort(self._values(points), kind="stable")
+            asked = order[np.isnan(costs[order])]
+            asked = asked[: n_true - np.isfinite(costs).sum()]
+            costs[asked] = yield policies[asked]
+            for k in asked:
+                if not model.isin(points[k]):
+                    model.add_data_row(points[k], costs[k])
+            model.sort(n_true)
+            # Over at least 15 policies, those of earlier generations among them.
+            latest = slice(int(max(15, min(1.2 * n_true, 0.75 * len(points)))))
+            agreement = _kendall(model.Y[latest], model.Z[latest] @ model.coefficients)
+            if agreement >= self._agreement or n_true == len(points):
+                break
+            n_true = min(n_true + -(-n_true // 2), len(points))
+        model.adapt_max_relative_size(agreement)
+        if n_true == len(points):
+            return costs, costs
+        values = self._values(points)
+        return values - values.min() + np.nanmin(costs), costs
+
+    def _values(self, points: Array) -> Array:
+        """Return the model's values; before there is a model, the order given."""
+        if self._model.size < 2:
+            return np.arange(len(points), dtype=float)
+        expanded = np.array([self._model.expand_x(point) for point in points])
+        return np.asarray(expanded @ self._model.coefficients)
+
+
+def _kendall(one: Array, other: Array) -> float:
+    """Return how well two rankings agree, Kendall's tau: 1 if they are the same."""
+    upper = np.triu_indices(len(one), 1)
+    signs = [np.sign(values[:, None] - values)[upper] for values in (one, other)]
+    return float(np.mean(signs[0] * signs[1])) if len(one) > 2 else 0.0

@@ -25,6 +25,7 @@ CODE = (
     "robot/_arm",
     "search/_options",
     "search/_cmaes",
+    "search/_lockstep",
     "search/_policy",
     "search/_sweep",
 )

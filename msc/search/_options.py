@@ -27,6 +27,10 @@ class SearchOptions:
         neighbour's policy is nearly right: a wide step would leave its way to move.
     population : int, default=9
         Policies a generation: CMA-ES's own rule, 4 + 3 ln n, for six weights.
+    agreement : float, default=0.85
+        Rank correlation (Kendall's) with which a surrogate is believed: it then gives
+        the costs of a generation's policies that were not executed. Above 1 it never
+        is, and all are executed: plain CMA-ES. The default is that of lq-CMA-ES.
     tolerance : float, default=1e-7
         A run ends once the costs of its generations differ by less.
     max_evaluations : int, default=4000
@@ -67,6 +71,7 @@ class SearchOptions:
     first_step: float = 0.5
     small_step: float = 0.006
     population: int = 9
+    agreement: float = 0.85
     tolerance: float = 1e-7
     max_evaluations: int = 4000
     patience: int = 1200

@@ -20,7 +20,8 @@ from msc.robot import (
     check_policies,
     forward_kinematics,
 )
-from msc.search._cmaes import CmaRun, Costs, minimize
+from msc.search._cmaes import CmaRun, minimize
+from msc.search._lockstep import Search, run_in_lockstep
 from msc.search._options import SearchOptions
 
 ERROR_WEIGHT = 100.0  # 1/m²
@@ -167,6 +168,32 @@ def search_policy(
     >>> found.error < 0.005
     True
     """
+    search = search_steps(
+        workspace,
+        task_deg,
+        seed=seed,
+        n_starts=n_starts,
+        start_policies=start_policies,
+        incumbent=incumbent,
+        dmp=dmp,
+        options=options,
+    )
+    [(_, result)] = run_in_lockstep(workspace, [(task_deg, search)], dmp)
+    return result
+
+
+def search_steps(
+    workspace: Workspace,
+    task_deg: float,
+    *,
+    seed: int,
+    n_starts: int = 4,
+    start_policies: Sequence[ArrayLike] = (),
+    incumbent: SearchResult | None = None,
+    dmp: DMP | None = None,
+    options: SearchOptions | None = None,
+) -> Search[SearchResult]:
+    """Search as `search_policy` does, executed by whoever asks for the next step."""
     dmp, options = dmp or DMP(), options or SearchOptions()
     runs = list(incumbent.runs) if incumbent else []
     if n_starts < 0 or n_starts + len(start_policies) + len(runs) == 0:
@@ -185,18 +212,13 @@ def search_policy(
         raise ValueError(
             f"incumbent is of task {incumbent.task_deg}°; wanted one of {task_deg}°"
         )
-    arm = cached_arm(workspace, dmp)
-
-    def costs(policies: NDArray[np.float64]) -> list[float]:
-        return [cost(rollout) for rollout in arm.execute_many(policies, task_deg)]
-
     task = _Task(workspace, task_deg, seed, dmp, options)
     for number, policy in enumerate(given):
-        runs.append(task.run(costs, runs, (f"given {number}", policy)))
+        runs.append((yield from task.run(runs, (f"given {number}", policy))))
     for _ in range(n_starts):
-        runs.append(task.run(costs, runs))
+        runs.append((yield from task.run(runs)))
     best = min(runs, key=lambda run: run.cost)
-    rollout = arm.execute(best.policy, task_deg)
+    [rollout] = yield best.policy[np.newaxis]
     return SearchResult(
         task_deg=float(task_deg),
         policy=best.policy,
@@ -226,10 +248,10 @@ class _Task:
 
     def run(
         self,
-        costs: Costs,
         runs: Sequence[CmaRun],
         given: tuple[str, NDArray[np.float64]] | None = None,
-    ) -> CmaRun:
+        seen: list[tuple[NDArray[np.float64], NDArray[np.float64]]] | None = None,
+    ) -> Search[CmaRun]:
         """Run from a named policy, or from the next independent start."""
         # A generator of its own: it draws the same whatever else is searched.
         rng = np.random.default_rng([*self._seed, len(runs)])
@@ -239,8 +261,7 @@ class _Task:
             number = sum(run.name.startswith("start") for run in runs)
             step = self._options.first_step * self._dmp.spring
             name, x0 = f"start {number}", random_start(number, step, self._dmp, rng)
-        return minimize(
-            costs,
+        asking = minimize(
             x0,
             step,
             rng,
@@ -248,7 +269,15 @@ class _Task:
             name=name,
             known=runs,
             options=self._options,
+            seen=seen,
         )
+        policies = next(asking)
+        while True:
+            rollouts = yield policies
+            try:
+                policies = asking.send([cost(rollout) for rollout in rollouts])
+            except StopIteration as end:
+                return end.value
 
 
 def random_start(
@@ -303,12 +332,15 @@ def initial_covariance(
 class SearchTrace:
     """One run of CMA-ES and all that it tried.
 
+    Of a generation some policies are executed; the others, ranked by the surrogate
+    alone, have NaN for what only a rollout tells.
+
     Attributes
     ----------
     run : CmaRun
         What was found, the same as in `SearchResult.runs`.
     policies : ndarray of shape (n_generations, n_policies, n_params)
-        Weights of Eq. 7, in the order in which they were tried.
+        Weights of Eq. 7.
     costs : ndarray of shape (n_generations, n_policies)
         What each costs.
     joints : ndarray of shape (n_generations, n_policies, n_steps + 1, 3)
@@ -323,13 +355,12 @@ class SearchTrace:
     @property
     def evaluations(self) -> NDArray[np.intp]:
         """Rollouts spent after each generation, of shape (n_generations,)."""
-        n_generations, n_policies = self.costs.shape
-        return np.arange(n_policies, n_policies * n_generations + 1, n_policies)
+        return np.cumsum(np.isfinite(self.costs).sum(axis=1))
 
     @property
     def best_costs(self) -> NDArray[np.float64]:
         """Least cost up to each generation, of shape (n_generations,)."""
-        return np.minimum.accumulate(self.costs.min(axis=1))
+        return np.minimum.accumulate(np.nanmin(self.costs, axis=1))
 
 
 def record_search(
@@ -340,7 +371,7 @@ def record_search(
     n_starts: int = 4,
     options: SearchOptions | None = None,
 ) -> list[SearchTrace]:
-    """Search as `search_policy` does, and keep all that is tried.
+    """Search as `search_policy` does, and keep all that is executed.
 
     Parameters
     ----------
@@ -374,32 +405,16 @@ def record_search(
     if n_starts < 1:
         raise ValueError(f"n_starts={n_starts}; wanted at least one")
     dmp, options = DMP(), options or SearchOptions()
-    task, arm = (
-        _Task(workspace, task_deg, seed, dmp, options),
-        cached_arm(workspace, dmp),
-    )
+    task = _Task(workspace, task_deg, seed, dmp, options)
     traces: list[SearchTrace] = []
     for _ in range(n_starts):
-        tape = _Tape(arm, task_deg)
-        run = task.run(tape, [trace.run for trace in traces])
-        traces.append(SearchTrace(run, *tape.arrays()))
+        seen: list[tuple[NDArray[np.float64], NDArray[np.float64]]] = []
+        search = task.run([trace.run for trace in traces], seen=seen)
+        [(_, run)] = run_in_lockstep(workspace, [(task_deg, search)], dmp)
+        policies, costs = map(np.array, zip(*seen, strict=True))
+        executed, arm = np.isfinite(costs), cached_arm(workspace, dmp)
+        rollouts = arm.execute_many(policies[executed], task_deg)  # as they did before
+        joints = np.full((*costs.shape, *rollouts[0].joints.shape), np.nan)
+        joints[executed] = [rollout.joints for rollout in rollouts]
+        traces.append(SearchTrace(run, policies, costs, joints))
     return traces
-
-
-class _Tape:
-    """Gives the costs of policies, and remembers what was asked and what happened."""
-
-    def __init__(self, arm: Arm, task_deg: float) -> None:
-        self._arm, self._task_deg = arm, task_deg
-        self._seen: list[tuple[NDArray[np.float64], ...]] = []
-
-    def __call__(self, policies: NDArray[np.float64]) -> list[float]:
-        rollouts = self._arm.execute_many(policies, self._task_deg)
-        costs = [cost(rollout) for rollout in rollouts]
-        joints = np.array([rollout.joints for rollout in rollouts])
-        self._seen.append((policies.copy(), np.array(costs), joints))
-        return costs
-
-    def arrays(self) -> tuple[NDArray[np.float64], ...]:
-        """Stack policies, costs and joints, generation by generation."""
-        return tuple(np.array(kind) for kind in zip(*self._seen, strict=True))

@@ -26,13 +26,16 @@ from msc._parallel import Runner, open_workers
 from msc.data import WEIGHTS
 from msc.robot import Workspace
 from msc.search._journal import Journal, identify_code
+from msc.search._lockstep import N_PARALLEL, Search, run_in_lockstep
 from msc.search._options import SearchOptions
-from msc.search._policy import ENERGY_WEIGHT, ERROR_WEIGHT, SearchResult, search_policy
+from msc.search._policy import ENERGY_WEIGHT, ERROR_WEIGHT, SearchResult, search_steps
 
 _GIVEN = {
     "given 0": "task before",
     "given 1": "task after",
 }  # whose policies start runs
+
+_SHARE = 2 * N_PARALLEL  # tasks that a worker takes at a time, at most
 
 # What is asked of a phase: by task number, policies to start from and what is known.
 _Work = dict[int, tuple[Sequence[NDArray[np.float64]], SearchResult | None]]
@@ -193,34 +196,46 @@ def _batch(
     """Search the tasks of one phase, those that the journal knows excepted."""
     left = [k for k in work if (phase, k) not in done.results]
     bar = tqdm(
-        run(_search, [(plan, k, *work[k]) for k in left]),
         desc=phase,
         initial=len(work) - len(left),
         total=len(work),
         unit="task",
         disable=not progress or not left,
     )
-    for number, result in bar:
-        done.append(phase, left[number], result)
+    size = max(1, min(_SHARE, len(left) // 4))  # of four, also where tasks are few
+    shares = [left[first : first + size] for first in range(0, len(left), size)]
+    calls = [(plan, {k: work[k] for k in share}) for share in shares]
+    with bar:
+        for _, found in run(_search, calls):
+            for k, result in found.items():
+                done.append(phase, k, result)
+            bar.update(len(found))
     return {k: done.results[phase, k] for k in work}
 
 
-def _search(
+def _search(plan: SweepPlan, work: _Work) -> dict[int, SearchResult]:
+    """Search some tasks, in a worker."""
+    searches = [(plan.tasks_deg[k], _steps(plan, k, *work[k])) for k in work]
+    numbers, found = list(work), run_in_lockstep(plan.workspace, searches)
+    return {numbers[number]: result for number, result in found}
+
+
+def _steps(
     plan: SweepPlan,
     k: int,
     starts: Sequence[NDArray[np.float64]],
     incumbent: SearchResult | None,
-) -> SearchResult:
-    """Search one task, in a worker."""
-    search = partial(search_policy, plan.workspace, plan.tasks_deg[k])
+) -> Search[SearchResult]:
+    """Search one task: from its neighbours, and independently where these disagree."""
+    search = partial(search_steps, plan.workspace, plan.tasks_deg[k])
     search = partial(search, seed=plan.seed, options=plan.options)
     if incumbent:
-        return search(n_starts=0, start_policies=starts, incumbent=incumbent)
+        return (yield from search(n_starts=0, start_policies=starts, incumbent=incumbent))
     if not starts:
-        return search(n_starts=plan.n_starts)
-    result = search(n_starts=1, start_policies=starts)
+        return (yield from search(n_starts=plan.n_starts))
+    result = yield from search(n_starts=1, start_policies=starts)
     if result.n_agreeing < len(result.runs):
-        result = search(n_starts=plan.n_starts - 1, incumbent=result)
+        result = yield from search(n_starts=plan.n_starts - 1, incumbent=result)
     return result
 
 

@@ -1,0 +1,83 @@
+"""Searches in lock-step: each asks for a few rollouts, a physics world runs nine.
+
+A world with nine arms steps in little more time than one with a single arm, and an arm
+does bit for bit what it would do alone. So searches of several tasks go on together,
+each of them as if alone: what one finds does not depend on the others.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Iterable, Iterator, Sequence
+from typing import TypeVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from msc.robot import DMP, Rollout, Workspace, cached_arm
+
+T = TypeVar("T")
+# Yields policies, rows of an array, is sent their rollouts, and returns what it found.
+Search = Generator[NDArray[np.float64], Sequence[Rollout], T]
+
+N_PARALLEL = 9  # searches that go on together
+_SIZES = (1, 3, N_PARALLEL)  # arms of the worlds kept; the smallest that holds all
+
+
+def run_in_lockstep(
+    workspace: Workspace,
+    searches: Iterable[tuple[float, Search[T]]],
+    dmp: DMP | None = None,
+) -> Iterator[tuple[int, T]]:
+    """Carry out searches, nine at a time.
+
+    Parameters
+    ----------
+    workspace : Workspace
+        The world of all.
+    searches : iterable of (float, generator)
+        Of each the task angle (degrees) and its steps; taken as there is room.
+    dmp : DMP, optional
+        What a policy means; by default ``DMP()``.
+
+    Yields
+    ------
+    tuple of (int, object)
+        Number of a search and what it found, as they end.
+    """
+    waiting = iter(enumerate(searches))
+    going: dict[int, tuple[float, Search[T]]] = {}
+    answers: dict[int, list[Rollout]] = {}
+    while True:
+        while len(going) < N_PARALLEL and (new := next(waiting, None)):
+            going[new[0]] = new[1]
+        if not going:
+            return
+        asked: dict[int, NDArray[np.float64]] = {}
+        for number, (_, search) in list(going.items()):
+            try:
+                asked[number] = search.send(answers.get(number))  # type: ignore[arg-type]
+            except StopIteration as end:
+                del going[number]
+                yield number, end.value
+        angles = [going[number][0] for number, rows in asked.items() for _ in rows]
+        policies = [policy for rows in asked.values() for policy in rows]
+        rollouts = iter(_execute(workspace, dmp, policies, angles))
+        answers = {n: [next(rollouts) for _ in rows] for n, rows in asked.items()}
+
+
+def _execute(
+    workspace: Workspace,
+    dmp: DMP | None,
+    policies: list[NDArray[np.float64]],
+    angles: list[float],
+) -> list[Rollout]:
+    """Execute policies in worlds of as many arms as they need."""
+    rollouts: list[Rollout] = []
+    while len(rollouts) < len(policies):
+        first = len(rollouts)
+        left = min(len(policies) - first, N_PARALLEL)
+        size = next(size for size in _SIZES if size >= left)
+        arm = cached_arm(workspace, dmp, n_parallel=size)
+        batch = slice(first, first + left)
+        rollouts += arm.execute_many(policies[batch], angles[batch])
+    return rollouts
