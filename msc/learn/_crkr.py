@@ -26,8 +26,6 @@ from msc._checks import (
 from msc._parallel import tell
 from msc.learn._gaussian import LENGTH_SCALE_BOUNDS, LENGTH_SCALES, warn_of_scale
 
-__all__ = ["CrKR"]
-
 Array = NDArray[np.float64]
 
 _NOISES = (1e-6, 1e-3, 1e-1)  # ridge times mean cost; starts, as `LENGTH_SCALES`
