@@ -99,7 +99,7 @@ def read_elbows(
     gaps = np.diff(values)[:n_counts]
     starts = (KMeans(S, n_init=10, random_state=seed) for S in range(1, n_counts + 1))
     rows = np.array([k_means.fit(affinity).inertia_ for k_means in starts])
-    errors = np.mean([_fold_errors(X, y, *fold, n_counts, seed) for fold in folds], 0)
+    errors = np.mean([_fold_errors(X, y, fold, n_counts, seed) for fold in folds], 0)
     picked = {
         "rows_of_m": (rows, elbow(rows)),
         "squares": (squares, elbow(squares)),
@@ -122,10 +122,10 @@ def _cut(policies: Array, n_counts: int, seed: int) -> tuple[Any, Array, list[Ch
 
 
 def _fold_errors(
-    X: Array, y: Array, train: Charts, test: Charts, n_counts: int, seed: int
+    X: Array, y: Array, fold: tuple[Charts, Charts], n_counts: int, seed: int
 ) -> list[float]:
     """Return the mean squared error on held-out tasks for 1 to n_counts charts."""
-    errors = []
+    (train, test), errors = fold, []
     for labels in _cut(y[train], n_counts, seed)[2]:
         gate = KNeighborsClassifier(1).fit(X[train], labels)
         asked = gate.predict(X[test])

@@ -70,10 +70,9 @@ class SMCE(ClusterMixin, BaseEstimator):  # type: ignore[misc]
         is left alone.
     solver : {"cvxpy", "batched"} or None, default=None
         What solves the points' programs: "cvxpy", to which they are stated as printed
-        below, or "batched", an interior point method of our own in half the time. None
-        is "cvxpy" for up to 100 distinct points, "batched" for more. Values agree
-        within 1e-8; where a minimum is flat, as among eight points, coefficients do
-        within 1e-5, and charts may differ.
+        below, or "batched", an interior point method of our own, which is faster. None
+        is "cvxpy" for up to 100 distinct points. Values agree within 1e-8; where a
+        minimum is flat, coefficients do within 1e-5, and charts may differ.
 
     Attributes
     ----------
