@@ -233,7 +233,6 @@ def slide_regularization(
         poster=plot_graph(points, fits[first], f"λ = {values[first]:g}"),
         poster_alt=f"{alt}. {captions[first]}",
         first=first,
-        seconds=6.0,
         walks=True,
         legend=_legend(2) | {"edge between the curves": ACROSS},
     )
@@ -313,7 +312,6 @@ def slide_charts(
         poster=plot_graph(plane, fits[first - 1], f"{first} charts", "auto"),
         poster_alt=f"{alt}. {captions[first - 1]}",
         first=first - 1,
-        seconds=6.0,
         walks=True,
         legend=_legend(n_counts),
     )

@@ -118,7 +118,6 @@ def slide_generations(
         ],
         poster=_draw_step(workspace, task_deg, trace, int(steps[0])),
         poster_alt=f"The ways of the end effector. {captions[0]}",
-        seconds=6.0,
         walks=True,
         legend={"nine policies": STARTS[0], "the cheapest": "currentColor"},
     )

@@ -3,7 +3,7 @@
 A method has the same colour, marker and dashes on every page. The colours keep apart in
 grey and to the colour-blind, at least where nothing but colour tells two things apart;
 `tests/test_style.py` simulates both. No figure names a colour of its own but greys, and
-red for goals; the view at a slant has its own, in `_film` and `_rays`.
+red for goals; the view at a slant has its own, in `_film`.
 """
 
 from __future__ import annotations
