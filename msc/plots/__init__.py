@@ -42,10 +42,10 @@ if TYPE_CHECKING:
         slide_charts,
         slide_regularization,
     )
-    from msc.plots._manifold import plot_execution, plot_manifold
+    from msc.plots._manifold import plot_execution, plot_manifold, slide_execution
     from msc.plots._movements import Movements, plot_breaks, plot_tasks
     from msc.plots._search import plot_generations, slide_generations
-    from msc.plots._skill import plot_composition, plot_rivals
+    from msc.plots._skill import plot_composition, plot_rivals, slide_predictions
     from msc.plots._study import (
         plot_curves,
         plot_elbows,
@@ -66,7 +66,6 @@ if TYPE_CHECKING:
         ratio_table,
         sets_table,
     )
-    from msc.plots._task_sliders import slide_execution, slide_predictions
     from msc.plots._timings import ROLLOUT_LIMIT, cost_table, load_costs, plot_costs
     from msc.plots._world import plot_workspaces
 
