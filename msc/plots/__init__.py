@@ -43,8 +43,13 @@ if TYPE_CHECKING:
         slide_regularization,
     )
     from msc.plots._manifold import plot_execution, plot_manifold, slide_execution
-    from msc.plots._movements import Movements, plot_breaks, plot_tasks
-    from msc.plots._search import plot_generations, slide_generations
+    from msc.plots._search import (
+        Movements,
+        plot_breaks,
+        plot_generations,
+        plot_tasks,
+        slide_generations,
+    )
     from msc.plots._skill import plot_composition, plot_rivals, slide_predictions
     from msc.plots._study import (
         plot_curves,
