@@ -10,10 +10,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Arc, FancyArrowPatch
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from msc.plots._slider import Mark, Panel, Slider, poster
-from msc.plots._style import GOAL, TRIO, WEIGHT_NAMES, styled
+from msc.plots._style import GOAL, TRIO, WEIGHT_NAMES, Array, styled
 from msc.plots._world import (
     draw_arm,
     draw_cut,
@@ -69,9 +69,7 @@ def plot_poses(world: Workspace, task_deg: float) -> Figure:
     return figure
 
 
-def poses_at(
-    world: Workspace, place: ArrayLike, n_headings: int
-) -> NDArray[np.float64]:
+def poses_at(world: Workspace, place: ArrayLike, n_headings: int) -> Array:
     """Find poses (rad) that put the end effector at a place, by headings of its link.
 
     An elbow to either side, for every heading that leaves the wrist within reach.
@@ -200,12 +198,12 @@ def plot_followed(
     return figure
 
 
-def _shares(dmp: DMP, times: NDArray[np.float64]) -> NDArray[np.float64]:
+def _shares(dmp: DMP, times: Array) -> Array:
     """Return the shares of the basis functions over time (s), which add up to one."""
     return dmp.forcing_basis(np.exp(-dmp.alpha * times / dmp.time_scale))
 
 
-def _towards(angle_deg: ArrayLike) -> NDArray[np.float64]:
+def _towards(angle_deg: ArrayLike) -> Array:
     """Return points at a distance of one."""
     angle = np.deg2rad(angle_deg)
     return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
@@ -310,7 +308,7 @@ def _arm_panel(arm: Arm, task_deg: float, rollouts: list[Rollout]) -> Panel:
     return world_panel(alt, arm.workspace, [goal, moving])
 
 
-def _force_panel(arm: Arm, policies: NDArray[np.float64], weight: int) -> Panel:
+def _force_panel(arm: Arm, policies: Array, weight: int) -> Panel:
     """Show the force that the weight belongs to, over time."""
     dmp = arm.dmp
     times = np.linspace(0, 1, 41)
@@ -335,7 +333,7 @@ def _force_panel(arm: Arm, policies: NDArray[np.float64], weight: int) -> Panel:
     )
 
 
-def _cost_panel(added: NDArray[np.float64], costs: NDArray[np.float64]) -> Panel:
+def _cost_panel(added: Array, costs: Array) -> Panel:
     """Show the cost over the change, with the chosen one marked."""
     points, top = np.c_[added, costs], float(costs.max())
     ends = float(added[0]), float(added[-1])

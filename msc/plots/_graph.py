@@ -20,14 +20,16 @@ from scipy.sparse.csgraph import connected_components
 from sklearn.decomposition import PCA
 
 from msc.learn import SMCE, elbow
-from msc.plots._skill import draw_by_chart, widen
+from msc.plots._skill import draw_by_chart
 from msc.plots._slider import FLAT, TASK_AXIS, Mark, Panel, Slider, choose_ticks
 from msc.plots._style import (
     CHART_COLOURS,
     TRIO,
     WEIGHT_NAMES,
+    Array,
     chart_colour,
     styled,
+    widen,
 )
 
 USED = 1e-6  # coefficients: smaller ones are not drawn
@@ -40,9 +42,7 @@ DOTS: Any = {"ms": 4, "mew": 0.3}
 
 
 @styled
-def plot_clusterings(
-    points: NDArray[np.float64], found: Mapping[str, ArrayLike]
-) -> Figure:
+def plot_clusterings(points: Array, found: Mapping[str, ArrayLike]) -> Figure:
     """Draw what several ways to cluster make of the same points.
 
     Parameters
@@ -68,7 +68,7 @@ def plot_clusterings(
 
 
 @styled
-def plot_reconstruction(points: NDArray[np.float64], smce: SMCE, index: int) -> Figure:
+def plot_reconstruction(points: Array, smce: SMCE, index: int) -> Figure:
     """Draw from which neighbours a point is reconstructed, and how much each counts.
 
     Parameters
@@ -149,9 +149,7 @@ def plot_affinity(smce: SMCE) -> Figure:
 
 
 @styled
-def plot_graph(
-    points: NDArray[np.float64], smce: SMCE, title: str, aspect: str = "equal"
-) -> Figure:
+def plot_graph(points: Array, smce: SMCE, title: str, aspect: str = "equal") -> Figure:
     """Draw points in the plane, fitted in whatever space, by chart, and their graph."""
     figure, axis = plt.subplots(figsize=(4.6, 3.4))
     _draw_edges(axis, points, edges(smce), "0.4")
@@ -168,7 +166,7 @@ def edges(smce: SMCE) -> NDArray[np.intp]:
 
 
 def slide_regularization(
-    points: NDArray[np.float64],
+    points: Array,
     curves: NDArray[np.intp],
     values: Sequence[float],
     *,
@@ -239,8 +237,8 @@ def slide_regularization(
 
 
 def slide_charts(
-    tasks: NDArray[np.float64],
-    policies: NDArray[np.float64],
+    tasks: Array,
+    policies: Array,
     weight: int,
     *,
     first: int = 4,
@@ -318,7 +316,7 @@ def slide_charts(
 
 
 def _draw_edges(
-    axis: Axes, points: NDArray[np.float64], pairs: NDArray[np.intp], colour: str
+    axis: Axes, points: Array, pairs: NDArray[np.intp], colour: str
 ) -> None:
     """Draw lines between pairs of points."""
     axis.add_collection(
@@ -326,7 +324,7 @@ def _draw_edges(
     )
 
 
-def _elbow_panel(curve: NDArray[np.float64], n_counts: int) -> Panel:
+def _elbow_panel(curve: Array, n_counts: int) -> Panel:
     """Show the squares within charts over the number of charts, as shares of one's."""
     points = np.c_[np.arange(1, len(curve) + 1), curve / curve[0]]
     return Panel(
@@ -347,7 +345,7 @@ def _elbow_panel(curve: NDArray[np.float64], n_counts: int) -> Panel:
 
 
 def _chart_dots(
-    points: NDArray[np.float64],
+    points: Array,
     labels: Sequence[NDArray[np.intp]],
     n_charts: int,
     width: float = 3.0,

@@ -17,16 +17,14 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from msc.plots._skill import (
-    Array,
     draw_by_chart,
     draw_regression,
     execute_all,
     task_panel,
     tell_ends,
-    widen,
 )
 from msc.plots._slider import FLAT, Mark, Panel, Slider, choose_ticks, poster
-from msc.plots._style import COLOURS, WEIGHT_LABELS, WEIGHT_NAMES, styled
+from msc.plots._style import COLOURS, WEIGHT_LABELS, WEIGHT_NAMES, Array, styled, widen
 from msc.plots._world import draw_world, mark_arm, mark_goal, world_panel
 from msc.robot import Arm, Workspace
 from msc.study import Experiment

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from msc.data import find_jumps, load_dataset
 from msc.plots._slider import FLAT, Mark, Panel, Slider, choose_ticks, poster
-from msc.plots._style import SMALL, TRIO, WEIGHT_NAMES, styled
+from msc.plots._style import SMALL, TRIO, WEIGHT_NAMES, Array, styled, widen
 from msc.plots._world import (
     bounds_of,
     draw_links,
@@ -38,8 +38,6 @@ N_STEPS = 40  # of the slider: every early generation, then ever fewer
 EVERY = 2  # time steps from one point of a path to the next
 CONTACT = 0.001  # m; an arm that came this close to an obstacle touched it
 SIDES = TRIO[:2]  # of a break: before, after
-
-Array = NDArray[np.float64]
 
 
 @styled
@@ -168,10 +166,7 @@ def _costs_panel(trace: SearchTrace, steps: NDArray[np.intp], costs: Array) -> P
     low, high = np.log10(trace.costs.min()), np.log10(trace.costs.max())
     spent = trace.evaluations / 1000
     every = np.c_[np.repeat(spent, n_policies), np.log10(trace.costs).ravel()]
-    here = [
-        np.c_[np.full(n_policies, spent[step]), np.log10(some)]
-        for step, some in zip(steps, costs, strict=True)
-    ]
+    here = np.stack(np.broadcast_arrays(spent[steps, None], np.log10(costs)), axis=-1)
     digits = (1,) if high - low > 1.5 else (1, 2, 5)
     ticks = [k * 10.0**power for power in range(-4, 4) for k in digits]
     ticks = [tick for tick in ticks if low <= np.log10(tick) <= high]
@@ -183,7 +178,7 @@ def _costs_panel(trace: SearchTrace, steps: NDArray[np.intp], costs: Array) -> P
             Mark("dots", every, colour=STARTS[0], width=1.0, opacity=0.3),
             Mark("line", np.c_[spent, np.log10(trace.best_costs)], opacity=0.6),
             Mark("dots", here, "step", colour=STARTS[0], width=3.5),
-            Mark("dots", [some[:1] for some in here], "step", width=4.5),
+            Mark("dots", here[:, :1], "step", width=4.5),
         ],
         aspect=FLAT,
         x_label="rollouts (thousands)",
@@ -199,13 +194,11 @@ def _weights_panel(trace: SearchTrace, policies: Array) -> Panel:
     tried = trace.policies.reshape(-1, trace.policies.shape[-1])
     across, up = np.sort(np.argsort(tried.std(axis=0))[-2:])
     plane = [across, up]
-    low, high = tried[:, plane].min(axis=0), tried[:, plane].max(axis=0)
-    margin = 0.05 * (high - low)
-    (left, bottom), (right, top) = low - margin, high + margin
+    x, y = (widen(values, 0.05) for values in tried[:, plane].T)
     return Panel(
         "Two weights of the policies, those of the chosen generation marked.",
-        (float(left), float(right)),
-        (float(bottom), float(top)),
+        x,
+        y,
         [
             Mark("dots", tried[:, plane], colour=STARTS[0], width=1.0, opacity=0.3),
             Mark("dots", policies[..., plane], "step", colour=STARTS[0], width=3.5),
@@ -214,8 +207,8 @@ def _weights_panel(trace: SearchTrace, policies: Array) -> Panel:
         aspect=FLAT,
         x_label=f"policy weight {WEIGHT_NAMES[across]}",
         y_label=f"policy weight {WEIGHT_NAMES[up]}",
-        x_ticks=choose_ticks(left, right),
-        y_ticks=choose_ticks(bottom, top),
+        x_ticks=choose_ticks(*x),
+        y_ticks=choose_ticks(*y),
     )
 
 

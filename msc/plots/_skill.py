@@ -25,9 +25,11 @@ from msc.plots._style import (
     SMALL,
     WEIGHT_LABELS,
     WEIGHT_NAMES,
+    Array,
     chart_colour,
     chart_marker,
     styled,
+    widen,
 )
 from msc.plots._world import draw_arm, draw_world, mark_arm, mark_goal, world_panel
 from msc.robot import Arm, Rollout, Workspace
@@ -35,8 +37,6 @@ from msc.robot import Arm, Rollout, Workspace
 DENSE = np.linspace(0, 2 * np.pi, 721, endpoint=False)[:, None]  # tasks (rad)
 FRAME = 6  # time steps from one picture of a film of predictions to the next
 STAR: dict[str, Any] = {"color": GOAL, "ms": 13, "mec": "white"}  # of a new task
-
-Array = NDArray[np.float64]
 
 
 class Curve(NamedTuple):
@@ -120,17 +120,11 @@ def draw_charts(
     axis.set_ylim(*widen(values, 0.25))
 
 
-def widen(values: Array, share: float) -> tuple[float, float]:
-    """Return bounds of values with a share of their range added at either end."""
-    margin = share * np.ptp(values)
-    return float(values.min() - margin), float(values.max() + margin)
-
-
 @styled
 def plot_rivals(
     learners: Mapping[str, Any],
-    tasks: NDArray[np.float64],
-    policies: NDArray[np.float64],
+    tasks: Array,
+    policies: Array,
     *,
     chosen: NDArray[np.intp],
     weight: int,

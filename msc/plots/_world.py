@@ -14,11 +14,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle as Disc
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from msc.plots._film import Scene
 from msc.plots._slider import Mark, Panel
-from msc.plots._style import GOAL, TRIO, styled
+from msc.plots._style import GOAL, TRIO, Array, styled
 from msc.robot import Circle, Rollout, Workspace, forward_kinematics
 
 Span = tuple[float, float]
@@ -99,24 +99,20 @@ def outlines(world: Workspace) -> list[tuple[str, Circle]]:
     return [("ring", goals), *(("disc", circle) for circle in world.circles)]
 
 
-def place_arm(
-    rollouts: Sequence[Rollout], world: Workspace, every: int = 1
-) -> NDArray[np.float64]:
+def place_arm(rollouts: Sequence[Rollout], world: Workspace, every: int = 1) -> Array:
     """Return the arm's places (m) at every n-th step: (n_rollouts, n_times, 4, 2)."""
     joints = np.array([one.joints[::every] for one in rollouts])
     return forward_kinematics(joints, world.link_lengths)
 
 
-def bounds_of(
-    circles: Iterable[Circle], places: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def bounds_of(circles: Iterable[Circle], places: Array) -> tuple[Array, Array]:
     """Return lower and upper bounds (m) of circles and places."""
     centres, radii = np.split(np.array([*circles]).reshape(-1, 3), [2], axis=1)
     corners = np.concatenate([places.reshape(-1, 2), centres - radii, centres + radii])
     return corners.min(axis=0), corners.max(axis=0)
 
 
-def square_around(world: Workspace, places: NDArray[np.float64]) -> tuple[Span, Span]:
+def square_around(world: Workspace, places: Array) -> tuple[Span, Span]:
     """Find a square (ranges of x and y, m) that holds a world and many places."""
     low, high = bounds_of((circle for _, circle in outlines(world)), places)
     middle, half = (low + high) / 2, 0.52 * (high - low).max()
@@ -170,7 +166,7 @@ def draw_arm(axis: Axes, world: Workspace, joints: ArrayLike, **links: Any) -> N
 
 def draw_links(
     axis: Axes,
-    places: NDArray[np.float64],
+    places: Array,
     links: dict[str, Any],
     **joints: Any,
 ) -> None:
