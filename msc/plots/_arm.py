@@ -22,14 +22,7 @@ from msc.plots._world import (
     mark_goal,
     world_panel,
 )
-from msc.robot import (
-    DMP,
-    Arm,
-    Rollout,
-    Workspace,
-    check_policies,
-    forward_kinematics,
-)
+from msc.robot import DMP, Arm, Rollout, Workspace, check_policies, forward_kinematics
 from msc.search import cost
 
 DASHES = ("-", "--", "-.", ":")

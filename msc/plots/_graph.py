@@ -57,10 +57,8 @@ def plot_clusterings(points: Array, found: Mapping[str, ArrayLike]) -> Figure:
     Figure
         One panel a way, points coloured and shaped by label.
     """
-    figure, axes = plt.subplots(
-        1, len(found), figsize=(7.4, 2.3), sharey=True, squeeze=False
-    )
-    for axis, (name, labels) in zip(axes.flat, found.items(), strict=True):
+    figure, axes = plt.subplots(1, len(found), figsize=(7.4, 2.3), sharey=True)
+    for axis, (name, labels) in zip(np.ravel(axes), found.items(), strict=True):
         draw_by_chart(axis, points, np.asarray(labels), **DOTS)
         axis.set(aspect="equal", title=name)
         axis.set_axis_off()
@@ -100,8 +98,7 @@ def plot_reconstruction(points: Array, smce: SMCE, index: int) -> Figure:
     plane.plot(*points[used].T, "o", color=blue, ms=8, label="used")
     plane.plot(*points[index], "k*", ms=12, label="the point")
     x, y = points[index]
-    plane.set(xlim=(x - CLOSE, x + CLOSE), ylim=(y - CLOSE, y + CLOSE))
-    plane.set(aspect="equal")
+    plane.set(xlim=(x - CLOSE, x + CLOSE), ylim=(y - CLOSE, y + CLOSE), aspect="equal")
     plane.set_axis_off()
     plane.legend(loc="upper center", ncols=3, handletextpad=0.2)
     ranks = np.arange(1, len(near) + 1)
@@ -166,11 +163,7 @@ def edges(smce: SMCE) -> NDArray[np.intp]:
 
 
 def slide_regularization(
-    points: Array,
-    curves: NDArray[np.intp],
-    values: Sequence[float],
-    *,
-    first: int = 0,
+    points: Array, curves: NDArray[np.intp], values: Sequence[float], *, first: int = 0
 ) -> Slider:
     """Let the reader change λ, and see the graph and the charts of points in the plane.
 
@@ -213,6 +206,7 @@ def slide_regularization(
     ]
     x, y = (widen(values, MARGIN) for values in points.T)
     shape = float(np.ptp(y) / np.ptp(x))
+    near = (-CLOSE, CLOSE), (-CLOSE * shape, CLOSE * shape)
     alt = "Points on two curves, coloured by chart, with the edges of their graph"
     return Slider(
         name="regularisation λ",
@@ -220,13 +214,7 @@ def slide_regularization(
         captions=captions,
         panels=[
             Panel(f"{alt}.", x, y, marks, aspect=shape),
-            Panel(
-                f"{alt}, where the curves come nearest.",
-                (-CLOSE, CLOSE),
-                (-CLOSE * shape, CLOSE * shape),
-                marks,
-                aspect=shape,
-            ),
+            Panel(f"{alt}, where the curves come nearest.", *near, marks, aspect=shape),
         ],
         poster=plot_graph(points, fits[first], f"λ = {values[first]:g}"),
         poster_alt=f"{alt}. {captions[first]}",
@@ -237,11 +225,7 @@ def slide_regularization(
 
 
 def slide_charts(
-    tasks: Array,
-    policies: Array,
-    weight: int,
-    *,
-    first: int = 4,
+    tasks: Array, policies: Array, weight: int, *, first: int = 4
 ) -> Slider:
     """Let the reader change the number of charts.
 
@@ -319,9 +303,8 @@ def _draw_edges(
     axis: Axes, points: Array, pairs: NDArray[np.intp], colour: str
 ) -> None:
     """Draw lines between pairs of points."""
-    axis.add_collection(
-        LineCollection(list(points[pairs]), colors=colour, linewidths=1.2, zorder=1)
-    )
+    look: Any = {"colors": colour, "linewidths": 1.2, "zorder": 1}
+    axis.add_collection(LineCollection(list(points[pairs]), **look))
 
 
 def _elbow_panel(curve: Array, n_counts: int) -> Panel:
@@ -345,10 +328,7 @@ def _elbow_panel(curve: Array, n_counts: int) -> Panel:
 
 
 def _chart_dots(
-    points: Array,
-    labels: Sequence[NDArray[np.intp]],
-    n_charts: int,
-    width: float = 3.0,
+    points: Array, labels: Sequence[NDArray[np.intp]], n_charts: int, width: float = 3.0
 ) -> list[Mark]:
     """Place a mark of dots a chart, one shape a step."""
     return [

@@ -141,12 +141,7 @@ def plot_execution(experiment: Experiment) -> Figure:
         marked, and tasks that met an obstacle.
     """
     figure, axes = plt.subplots(
-        2,
-        2,
-        figsize=(7.4, 5.0),
-        sharex="col",
-        sharey=True,
-        width_ratios=(1, 0.05),
+        2, 2, figsize=(7.4, 5.0), sharex="col", sharey=True, width_ratios=(1, 0.05)
     )
     executed = experiment.executed
     for (axis, rug), method in zip(axes, COMPARED, strict=True):

@@ -310,12 +310,10 @@ def plot_curves(*tables: pd.DataFrame, names: tuple[str, ...]) -> Figure:
         points = axis.scatter(*flat.T, c=degrees, cmap="viridis", s=9, zorder=3)
         look: Any = {"textcoords": "offset points", "fontweight": "bold", "zorder": 4}
         look |= {"path_effects": [withStroke(linewidth=2.5, foreground="white")]}
-        for place, offset, ha, va in (
-            (0, -5, "right", "top"),
-            (-1, 5, "left", "bottom"),
-        ):
-            beside, text = (offset, offset), f"{degrees.iloc[place]:g}°"
-            axis.annotate(text, flat[place], beside, ha=ha, va=va, **look)
+        ends = (0, -5, "right", "top"), (-1, 5, "left", "bottom")
+        for place, off, ha, va in ends:
+            text = f"{degrees.iloc[place]:g}°"
+            axis.annotate(text, flat[place], (off, off), ha=ha, va=va, **look)
         axis.set(title=name, xlabel="1st component")
     axes[0, 0].set_ylabel("2nd component")
     figure.colorbar(points, ax=axes, label="task angle (degrees)", shrink=0.9)

@@ -164,12 +164,7 @@ def draw_arm(axis: Axes, world: Workspace, joints: ArrayLike, **links: Any) -> N
     axis.plot(*places[-1], "o", color=TRIO[0], ms=6, zorder=3)
 
 
-def draw_links(
-    axis: Axes,
-    places: Array,
-    links: dict[str, Any],
-    **joints: Any,
-) -> None:
+def draw_links(axis: Axes, places: Array, links: dict[str, Any], **joints: Any) -> None:
     """Draw links with round ends, and white joints at theirs."""
     axis.plot(*places.T, **{"solid_capstyle": "round", **links})
     looks = {"color": "white", "mec": "0.3", "ms": 5, "zorder": 3, **joints}
