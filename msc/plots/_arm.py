@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from msc.plots._slider import Mark, Panel, Slider, poster
 from msc.plots._style import GOAL, TRIO, WEIGHT_NAMES, Array, styled
 from msc.plots._world import (
+    FRAME,
     draw_arm,
     draw_cut,
     draw_world,
@@ -27,7 +28,6 @@ from msc.search import cost
 
 DASHES = ("-", "--", "-.", ":")
 N_HEADINGS = 4  # of the last link at the goal; each gives up to two poses
-FRAME = 3  # time steps from one picture of a film to the next: 20 pictures a second
 
 
 @styled
@@ -293,12 +293,11 @@ def slide_weight(
 
 def _arm_panel(arm: Arm, task_deg: float, rollouts: list[Rollout]) -> Panel:
     """Show the arm from above, and the way of its end effector."""
-    trail = {"width": 2.0, "opacity": 1.0}
+    world, trail = arm.workspace, {"width": 2.0, "opacity": 1.0}
     look: Any = {"colour": TRIO[0], "width": 4.0, "opacity": 0.5, "trail": trail}
-    moving = mark_arm(rollouts, arm.workspace, FRAME, **look)
+    marks = mark_goal(world, task_deg), mark_arm(rollouts, world, FRAME, **look)
     alt = "The arm from above, with the goal and the way of its end effector."
-    goal = mark_goal(arm.workspace, task_deg)
-    return world_panel(alt, arm.workspace, [goal, moving])
+    return world_panel(alt, world, marks)
 
 
 def _force_panel(arm: Arm, policies: Array, weight: int) -> Panel:

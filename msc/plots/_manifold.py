@@ -25,7 +25,7 @@ from msc.plots._skill import (
 )
 from msc.plots._slider import FLAT, Mark, Panel, Slider, choose_ticks, poster
 from msc.plots._style import COLOURS, WEIGHT_LABELS, WEIGHT_NAMES, Array, styled, widen
-from msc.plots._world import draw_world, mark_arm, mark_goal, world_panel
+from msc.plots._world import FRAME, draw_world, mark_arm, mark_goal, world_panel
 from msc.robot import Arm, Workspace
 from msc.study import Experiment
 
@@ -224,7 +224,8 @@ def slide_execution(experiment: Experiment, *, every: int = 2) -> Slider:
     with Arm(world) as arm:
         rollouts, error_cm = execute_all(arm, policies, degrees)
     moving = {
-        name: mark_arm(rollouts[name], world, 3, **look) for name, look in WAYS.items()
+        name: mark_arm(rollouts[name], world, FRAME, **look)
+        for name, look in WAYS.items()
     }
     charts = experiment.methods["charts"].predict_chart(tasks)
     opening = "Task {:g}°, chart {}. Ends from the target: "

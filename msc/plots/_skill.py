@@ -31,11 +31,17 @@ from msc.plots._style import (
     styled,
     widen,
 )
-from msc.plots._world import draw_arm, draw_world, mark_arm, mark_goal, world_panel
+from msc.plots._world import (
+    FRAME,
+    draw_arm,
+    draw_world,
+    mark_arm,
+    mark_goal,
+    world_panel,
+)
 from msc.robot import Arm, Rollout, Workspace
 
 DENSE = np.linspace(0, 2 * np.pi, 721, endpoint=False)[:, None]  # tasks (rad)
-FRAME = 6  # time steps from one picture of a film of predictions to the next
 STAR: dict[str, Any] = {"color": GOAL, "ms": 13, "mec": "white"}  # of a new task
 
 
@@ -343,7 +349,7 @@ def slide_predictions(
     marks = _mark_by_chart(world.target(trained), skill)
     marks.append(mark_goal(world, angles, "ring", radius=0.05, width=3.0))
     for name, some in rollouts.items():
-        marks.append(mark_arm(some, world, FRAME, colour=COLOURS[name], width=3.0))
+        marks.append(mark_arm(some, world, 2 * FRAME, colour=COLOURS[name], width=3.0))
     alt = "The arm from above, goals coloured by chart, the goal, and the movements."
     points = np.c_[trained, np.asarray(policies)[:, weight]]
     return Slider(
@@ -442,11 +448,7 @@ def execute_all(
     """Execute policies for each task: what the arm did, and its final errors (cm)."""
     angles = degrees.tolist()
     done = {name: arm.execute_many(some, angles) for name, some in policies.items()}
-    error_cm = {
-        name: np.array([100 * rollout.error for rollout in some])
-        for name, some in done.items()
-    }
-    return done, error_cm
+    return done, {n: np.array([100 * one.error for one in done[n]]) for n in done}
 
 
 def tell_ends(

@@ -61,6 +61,7 @@ VIEWS = {
         {"color": "red", "lw": 0.8}, {**_RING, "mec": "red", "ms": 8, "mew": 1.6}, {}
     ),
 }
+FRAME = 3  # time steps from one picture of a film to the next: 20 pictures a second
 TOUCHED = {"ec": TRIO[1], "lw": 2}  # the rim of an obstacle
 
 
