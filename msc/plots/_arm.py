@@ -15,7 +15,6 @@ from numpy.typing import ArrayLike
 from msc.plots._slider import Mark, Panel, Slider, poster
 from msc.plots._style import GOAL, TRIO, WEIGHT_NAMES, Array, styled
 from msc.plots._world import (
-    FRAME,
     draw_arm,
     draw_cut,
     draw_world,
@@ -295,7 +294,7 @@ def _arm_panel(arm: Arm, task_deg: float, rollouts: list[Rollout]) -> Panel:
     """Show the arm from above, and the way of its end effector."""
     world, trail = arm.workspace, {"width": 2.0, "opacity": 1.0}
     look: Any = {"colour": TRIO[0], "width": 4.0, "opacity": 0.5, "trail": trail}
-    marks = mark_goal(world, task_deg), mark_arm(rollouts, world, FRAME, **look)
+    marks = mark_goal(world, task_deg), mark_arm(rollouts, world, **look)
     alt = "The arm from above, with the goal and the way of its end effector."
     return world_panel(alt, world, marks)
 

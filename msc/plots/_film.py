@@ -39,6 +39,7 @@ _ROUNDING = 0.005  # of the upper edge of cylinders
 Span = tuple[float, float]
 Colour = tuple[float, float, float]
 _Array = NDArray[np.float32]
+_Mask = NDArray[np.bool_]
 _Window = tuple[slice, slice]
 
 
@@ -345,12 +346,7 @@ class Canvas:
         self._cover(window, far, hit, normal, colour)
 
     def _cover(
-        self,
-        window: _Window,
-        far: _Array,
-        hit: NDArray[np.bool_],
-        normal: _Array,
-        colour: Colour,
+        self, window: _Window, far: _Array, hit: _Mask, normal: _Array, colour: Colour
     ) -> None:
         """Put a lit surface in front of what is farther away."""
         near = hit & (far < self._depth[window])

@@ -104,8 +104,7 @@ def plot_reconstruction(points: Array, smce: SMCE, index: int) -> Figure:
     ranks = np.arange(1, len(near) + 1)
     bars.bar(ranks, penalties, color="0.8", label="penalty $q_j$ (Eq. 4)")
     bars.plot(ranks, coef[near], "o", color=blue, label="share $|c_j|$ (Eq. 3)")
-    bars.set(xlabel="neighbours, nearest first", ylim=(0, None))
-    bars.set_xticks(ranks[::3])
+    bars.set(xlabel="neighbours, nearest first", ylim=(0, None), xticks=ranks[::3])
     bars.legend()
     return figure
 
@@ -255,6 +254,8 @@ def slide_charts(
     plane = PCA(2).fit_transform(policies)
     plane *= np.sign(plane[np.abs(plane).argmax(axis=0), [0, 1]])
     graph = plane[edges(fits[0])].reshape(-1, 2)
+    marks = [Mark("segments", graph, width=1.0, opacity=0.4)]
+    marks += _chart_dots(plane, labels, n_counts)
     degrees, values = np.rad2deg(tasks[:, 0]), policies[:, weight]
     span, picked = widen(values, MARGIN), elbow(curve)
     across, along = (widen(places, MARGIN) for places in plane.T)
@@ -270,15 +271,7 @@ def slide_charts(
         labels=[f"{count} charts" for count in counts],
         captions=captions,
         panels=[
-            Panel(
-                f"{alt}, with the edges of their graph.",
-                across,
-                along,
-                [
-                    Mark("segments", graph, width=1.0, opacity=0.4),
-                    *_chart_dots(plane, labels, n_counts),
-                ],
-            ),
+            Panel(f"{alt}, with the edges of their graph.", across, along, marks),
             Panel(
                 "One policy weight over the task angle, coloured by chart.",
                 (0, 360),

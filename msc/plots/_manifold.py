@@ -1,6 +1,6 @@
 """The figures of the paper: policies over the tasks, and what executing them misses.
 
-And a slider, that has both.
+A slider has both.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from msc.plots._skill import (
 )
 from msc.plots._slider import FLAT, Mark, Panel, Slider, choose_ticks, poster
 from msc.plots._style import COLOURS, WEIGHT_LABELS, WEIGHT_NAMES, Array, styled, widen
-from msc.plots._world import FRAME, draw_world, mark_arm, mark_goal, world_panel
+from msc.plots._world import draw_world, mark_arm, mark_goal, world_panel
 from msc.robot import Arm, Workspace
 from msc.study import Experiment
 
@@ -64,15 +64,10 @@ def plot_manifold(
         dimensions = [int(np.argmax(experiment.policies.std(axis=0)))]
     alone = len(dimensions) == 1
     heights = (3.0, 1.0) if alone else (1.9,) * len(dimensions)
-    figure, axes = plt.subplots(
-        len(heights),
-        2,
-        figsize=(7.4, sum(heights) + 0.3 * alone),
-        sharex=True,
-        sharey="row",
-        squeeze=False,
-        height_ratios=heights,
-    )
+    size = 7.4, sum(heights) + 0.3 * alone
+    layout: Any = {"sharex": True, "sharey": "row", "height_ratios": heights}
+    figure: Figure
+    figure, axes = plt.subplots(len(heights), 2, figsize=size, squeeze=False, **layout)
     for (single, charts), dimension in zip(axes, dimensions, strict=False):
         _draw_manifold(single, charts, experiment, dimension)
     if alone:
@@ -224,8 +219,7 @@ def slide_execution(experiment: Experiment, *, every: int = 2) -> Slider:
     with Arm(world) as arm:
         rollouts, error_cm = execute_all(arm, policies, degrees)
     moving = {
-        name: mark_arm(rollouts[name], world, FRAME, **look)
-        for name, look in WAYS.items()
+        name: mark_arm(rollouts[name], world, **look) for name, look in WAYS.items()
     }
     charts = experiment.methods["charts"].predict_chart(tasks)
     opening = "Task {:g}°, chart {}. Ends from the target: "

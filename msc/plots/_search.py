@@ -1,7 +1,7 @@
 """Searches: how one converges, and the movements that many have found.
 
-For each task of a table `Movements` has what its policy does, and how far neighbours
-are apart.
+`Movements` has what the policy of each task of a table does, and how far neighbours are
+apart.
 """
 
 from __future__ import annotations
@@ -113,10 +113,9 @@ def slide_generations(
     spaced = np.geomspace(1, n_generations, N_STEPS).round().astype(int)
     steps = np.unique(np.r_[1 : min(13, n_generations + 1), spaced]) - 1
     order = trace.costs[steps].argsort(axis=1)  # the cheapest first
-    policies = np.take_along_axis(trace.policies[steps], order[..., None], axis=1)
-    costs = np.take_along_axis(trace.costs[steps], order, axis=1)
-    joints = trace.joints[steps, :, ::EVERY]
-    joints = np.take_along_axis(joints, order[..., None, None], axis=1)
+    ranked = steps[:, None], order
+    policies, costs = trace.policies[ranked], trace.costs[ranked]
+    joints = trace.joints[ranked][:, :, ::EVERY]
     places = forward_kinematics(joints, workspace.link_lengths)
     left = places[:, 0, -1, -1] - workspace.target(task_deg)
     error_cm = 100 * np.linalg.norm(left, axis=-1)
@@ -145,16 +144,14 @@ def slide_generations(
 def _movements_panel(workspace: Workspace, task_deg: float, places: Array) -> Panel:
     """Show the ways of the end effector, and the cheapest policy's arm at the end."""
     home = forward_kinematics(workspace.home, workspace.link_lengths)
-    paths = places[:, :, :, -1]
+    best, *others = places[..., -1, :].swapaxes(0, 1)
+    look: Any = {"colour": STARTS[0], "width": 1.5}
     marks = [
         mark_goal(workspace, task_deg),
         Mark("line", home, width=6.0, opacity=0.15),
         Mark("line", places[:, 0, -1], "step", width=6.0, opacity=0.4),
-        *(
-            Mark("line", paths[:, rank], "step", colour=STARTS[0], width=1.5)
-            for rank in range(1, paths.shape[1])
-        ),
-        Mark("line", paths[:, 0], "step", width=2.5),
+        *(Mark("line", paths, "step", **look) for paths in others),
+        Mark("line", best, "step", width=2.5),
     ]
     alt = "Nine ways of the end effector from above, and the arm at the best one's end."
     return world_panel(alt, workspace, marks, square_around(workspace, places))
@@ -162,10 +159,9 @@ def _movements_panel(workspace: Workspace, task_deg: float, places: Array) -> Pa
 
 def _costs_panel(trace: SearchTrace, steps: NDArray[np.intp], costs: Array) -> Panel:
     """Show the costs over the rollouts, the chosen generation's marked."""
-    n_policies = trace.costs.shape[1]
     low, high = np.log10(trace.costs.min()), np.log10(trace.costs.max())
     spent = trace.evaluations / 1000
-    every = np.c_[np.repeat(spent, n_policies), np.log10(trace.costs).ravel()]
+    every = np.c_[np.repeat(spent, trace.costs.shape[1]), np.log10(trace.costs).ravel()]
     here = np.stack(np.broadcast_arrays(spent[steps, None], np.log10(costs)), axis=-1)
     digits = (1,) if high - low > 1.5 else (1, 2, 5)
     ticks = [k * 10.0**power for power in range(-4, 4) for k in digits]

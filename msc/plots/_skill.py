@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -45,27 +45,24 @@ DENSE = np.linspace(0, 2 * np.pi, 721, endpoint=False)[:, None]  # tasks (rad)
 STAR: dict[str, Any] = {"color": GOAL, "ms": 13, "mec": "white"}  # of a new task
 
 
-class Curve(NamedTuple):
-    """One weight over a stretch of tasks that one regression predicts."""
+def predict_curves(
+    learner: Any, weight: int, tasks: Array = DENSE
+) -> Iterator[tuple[int, Array, Array, Array]]:
+    """Predict a weight over many tasks (rad), cut where the gate's chart changes.
 
-    chart: int
-    degrees: Array
-    mean: Array
-    std: Array  # the policies' noise included; zeros if it is not known
-
-
-def predict_curves(learner: Any, weight: int, tasks: Array = DENSE) -> Iterator[Curve]:
-    """Predict a weight over many tasks (rad), cut where the gate's chart changes."""
+    A piece is its chart, the tasks (degrees), means, and standard deviations with the
+    policies' noise, zeros if that is not known.
+    """
     if isinstance(learner, ParameterizedSkill):
         gate = learner.predict_chart(tasks)
         mean, std = learner.predict(tasks, return_std=True)
     else:  # others have no band in these units
         gate, mean = np.zeros(len(tasks), int), learner.predict(tasks)
         std = np.zeros_like(mean)
-    degrees = np.rad2deg(tasks[:, 0])
+    found = np.rad2deg(tasks[:, 0]), mean[:, weight], std[:, weight]
     for piece in np.split(np.arange(len(gate)), np.flatnonzero(np.diff(gate)) + 1):
-        found = mean[piece, weight], std[piece, weight]
-        yield Curve(int(gate[piece[0]]), degrees[piece], *found)
+        degrees, means, stds = (some[piece] for some in found)
+        yield int(gate[piece[0]]), degrees, means, stds
 
 
 def draw_regression(
@@ -101,14 +98,10 @@ def draw_by_chart(
 ) -> None:
     """Draw points in the colours and with the markers of their charts."""
     for chart in np.unique(charts):
-        axis.plot(
-            *points[charts == chart].T,
-            chart_marker(chart),
-            color=chart_colour(chart),
-            alpha=1.0 if only in (None, chart) else 0.4,
-            label=f"chart {chart + 1}",
-            **{"mec": "white", **look},
-        )
+        here, pale = points[charts == chart], 1.0 if only in (None, chart) else 0.4
+        looks: Any = {"label": f"chart {chart + 1}", "mec": "white", **look}
+        looks |= {"color": chart_colour(chart), "alpha": pale}
+        axis.plot(*here.T, chart_marker(chart), **looks)
 
 
 def draw_charts(
@@ -346,6 +339,7 @@ def slide_predictions(
     told = {name: error_cm[name] for name in learners}
     captions = tell_ends(opening, angles, skill.predict_chart(asked), told)
     first = int(np.abs(angles - first_deg).argmin())
+    ends = {name: some[first] for name, some in rollouts.items()}
     marks = _mark_by_chart(world.target(trained), skill)
     marks.append(mark_goal(world, angles, "ring", radius=0.05, width=3.0))
     for name, some in rollouts.items():
@@ -361,7 +355,7 @@ def slide_predictions(
             _predicted_panel(angles, skill, points, found, weight),
             _missed_panel(angles, error_cm),
         ],
-        poster=_draw_predicted(world, rollouts, angles, first),
+        poster=_draw_predicted(world, angles[first], ends),
         poster_alt=f"The arm at the end of predicted movements: {captions[first]}",
         first=first,
         legend={name: COLOURS[name] for name in learners},
@@ -423,23 +417,15 @@ def _missed_panel(degrees: Array, error_cm: Mapping[str, Array]) -> Panel:
 
 @poster
 def _draw_predicted(
-    axis: Axes,
-    world: Workspace,
-    rollouts: Mapping[str, list[Rollout]],
-    degrees: Array,
-    step: int,
+    axis: Axes, world: Workspace, task_deg: float, rollouts: Mapping[str, Rollout]
 ) -> None:
-    """Draw the movements of one step and the poses at their ends."""
-    draw_world(axis, world, degrees[step])
-    for name, some in rollouts.items():
-        draw_arm(axis, world, some[step].joints[-1], lw=3, color=COLOURS[name])
-        dashes = METHOD_STYLES[name]["ls"]
-        look: Any = {"color": COLOURS[name], "label": name, "ls": dashes}
-        axis.plot(*some[step].path.T, **look)
+    """Draw movements and the poses at their ends."""
+    draw_world(axis, world, task_deg)
+    for name, rollout in rollouts.items():
+        colour, dashes = COLOURS[name], METHOD_STYLES[name]["ls"]
+        draw_arm(axis, world, rollout.joints[-1], lw=3, color=colour)
+        axis.plot(*rollout.path.T, color=colour, ls=dashes, label=name)
     axis.legend(loc="lower right")
-
-
-# Of sliders over the task.
 
 
 def execute_all(

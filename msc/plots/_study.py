@@ -66,7 +66,10 @@ def plot_sample_sizes(
             axis.set(xscale="log", yscale="log")
             if verdicts:
                 _draw_verdicts(axis, study, design, measure, methods[1:])
-        _name_sizes(column[-1], [cell["n_samples"] for cell in cells])
+        sizes = [cell["n_samples"] for cell in cells]
+        column[-1].set_xlabel("training tasks")
+        column[-1].xaxis.set_minor_locator(NullLocator())
+        column[-1].set_xticks(sizes, [str(size) for size in sizes], fontsize=SMALL)
     axes[0, -1].legend()
     return figure
 
@@ -107,7 +110,7 @@ def plot_sweep(*studies: Stored, measures: Sequence[str]) -> Figure:
 def _grid(
     n_rows: int, n_columns: int, size: tuple[float, float], **share: Any
 ) -> tuple[Figure, NDArray[Any]]:
-    """Make panels; those of a row have one scale."""
+    """Make panels with one x axis, unless told otherwise; a row has one y axis."""
     share = {"sharex": True, "sharey": "row", **share}
     return plt.subplots(n_rows, n_columns, figsize=size, squeeze=False, **share)
 
@@ -161,13 +164,6 @@ def _draw_verdicts(
             dark = look | {"color": "0.2"}  # a name has to be read
             axis.text(-0.02, height, text, transform=beside, ha="right", **dark)
     axis.tick_params(axis="x", pad=4 + 15 * len(baselines))
-
-
-def _name_sizes(axis: Axes, sizes: Sequence[int]) -> None:
-    """Write every number of training tasks on a logarithmic axis."""
-    axis.set_xlabel("training tasks")
-    axis.xaxis.set_minor_locator(NullLocator())
-    axis.set_xticks(sizes, [str(size) for size in sizes], fontsize=SMALL)
 
 
 @styled

@@ -173,12 +173,8 @@ def kernel_table(*studies: Stored, measure: str = "mse, gate learned") -> pd.Dat
 
 def _without_same(table: pd.DataFrame) -> pd.DataFrame:
     """Leave out the heads, the lowest excepted, that all columns have in common."""
-    heads = table.columns
-    same: list[Any] = [
-        level
-        for level in range(heads.nlevels - 1)
-        if heads.get_level_values(level).nunique() == 1
-    ]
+    heads: Any = table.columns
+    same: list[Any] = [k for k, size in enumerate(heads.levshape[:-1]) if size == 1]
     return table.droplevel(same, axis=1)
 
 
@@ -218,9 +214,8 @@ def sets_table(
         for method in methods:
             errors = pd.Series(cell["measures"][measure][method]["per_repetition"])
             rank = f"{errors.rank(method='min')[drawn]:.0f} of {n_draws}"
-            first, *bounds = map(
-                "{:.3g}".format, [errors[drawn], *errors.quantile([0, 0.5, 1])]
-            )
+            told = errors[drawn], *errors.quantile([0, 0.5, 1])
+            first, *bounds = map("{:.3g}".format, told)
             rows[MEASURES[measure].label, method] = [first, rank, *bounds]
     names = ["set drawn", "its rank", "lowest", "median", "highest"]
     table = pd.DataFrame.from_dict(rows, orient="index", columns=names)
@@ -367,7 +362,9 @@ def jump_table(audit: Stored) -> pd.DataFrame:
     DataFrame
         One row a step: where (degrees), how large at first and at last, the verdict.
     """
-    jumps, between = pd.DataFrame(audit["jumps"]), "{0[0]:.10g} and {0[1]:.10g}"
+    known = ["between_deg", "located_deg", "step_sizes", "is_jump"]
+    jumps = pd.DataFrame(audit["jumps"], columns=known)
+    between = "{0[0]:.10g} and {0[1]:.10g}"
     columns = {
         "after (degrees)": jumps["between_deg"].str[0],
         "located between (degrees)": jumps["located_deg"].map(between.format),

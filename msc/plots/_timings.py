@@ -237,15 +237,12 @@ _LISTS = {
 
 def _draw_ways(axis: Axes, costs: Costs) -> None:
     """Draw the times of a rollout, medians and the middle four fifths of rounds."""
-    worlds = costs["rollouts"]
-    timed = {world: measured["milliseconds"] for world, measured in worlds.items()}
+    timed = {world: one["milliseconds"] for world, one in costs["rollouts"].items()}
     ways = [way for way in reversed(_WAYS) if all(one[way] for one in timed.values())]
     look: Any = {"ls": "", "ms": 5, "mec": "white", "mew": 0.5, "elinewidth": 1.2}
     for number, (world, times) in enumerate(timed.items()):
-        low, middle, high = (
-            np.array([times[way][key] for way in ways])
-            for key in ("low", "median", "high")
-        )
+        keys = "low", "median", "high"
+        low, middle, high = (np.array([times[way][k] for way in ways]) for k in keys)
         raw = times["raw_steps"]["median"]
         axis.errorbar(
             middle / raw,

@@ -195,7 +195,7 @@ def mark_goal(
 
 
 def mark_arm(
-    rollouts: Sequence[Rollout], world: Workspace, every: int, **look: Any
+    rollouts: Sequence[Rollout], world: Workspace, every: int = FRAME, **look: Any
 ) -> Mark:
     """Show the arm at every n-th time step of one movement a step of the slider."""
     look = {"trail": {"width": 1.2, "opacity": 1.0, "dash": [4, 3]}, **look}
