@@ -473,8 +473,12 @@ def built(tmp_path_factory):
 def test_the_book_is_told_of_the_package_and_its_claims(tmp_path):
     assert make_subject(tmp_path).values == {}
     root = add_claims(make_book(tmp_path))
-    verdicts = {"no-jumps": {"verdict": "by construction"}}
-    (root / "data/results/claims.json").write_text(json.dumps(verdicts), "utf-8")
+    verdicts = root / "data/results/claims.json"
+    verdicts.unlink()
+    subject = make_subject(root)
+    assert subject.values == {"n_claims": 1}
+    assert "No verdicts yet" in subject.fragments["claims_table.md"]
+    verdicts.write_text("{}", "utf-8")
     subject = make_subject(root)
     assert subject.values == {"n_claims": 1, "verdicts": "1 by construction"}
     assert "[The manifold has no jumps.](one)" in subject.fragments["claims_table.md"]
