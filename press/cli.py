@@ -2,8 +2,8 @@
 
 A command is a function that takes the parsed arguments and one, `_add_…`, that declares
 them; both stand together. What takes seconds to load, the face of `press` loads when a
-command asks for it. `python -m press COMMAND …` has the commands of the book; another
-program has them among its own, and hands the book its subject.
+command asks for it. `python -m press.cli COMMAND …` has the commands of the book;
+another program has them among its own, and hands the book its subject.
 """
 
 import argparse
@@ -313,3 +313,7 @@ def _building(options: argparse.Namespace) -> dict[str, Any]:
 
 
 BOOK_COMMANDS = (_add_run, _add_building)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -565,11 +565,11 @@ def test_where_there_is_no_msc_the_press_builds_a_book_twice_to_the_same_bytes(
         return subprocess.run(command, cwd=root, env=clean, check=False, **told)
 
     assert "No module named 'msc'" in call("-c", "import msc").stderr
-    told = call("-m", "press", "twice", "--profile", "full")
+    told = call("-m", "press.cli", "twice", "--profile", "full")
     assert told.stdout.endswith("built again elsewhere, the book has the same bytes\n")
     page = (root / "_build" / "html" / "one.html").read_text("utf-8")
     assert "full 6" in page
-    assert "python -m press run book/one.ipynb --out one.ipynb" in page
+    assert "python -m press.cli run book/one.ipynb --out one.ipynb" in page
 
 
 def test_differences_are_found(tmp_path):
