@@ -15,8 +15,8 @@ What a program is made of
     `make_parser`, `run_command`, `tell_options`, `BOOK_COMMANDS`, `Commands`,
     `add_jobs`, `add_profile`, `add_seed`, `check_output`
 What all floors use
-    `face`, `homes`; `locked`, `replace_file`, `replace_files`, `write_json`, `checksum`;
-    `plain`, `paragraph`, `label`
+    `face`, `homes`; `locked`, `replace_file`, `replace_files`, `write_json`,
+    `checksum`; `plain`, `paragraph`, `label`
 """
 
 import ast

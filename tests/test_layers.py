@@ -179,10 +179,10 @@ def test_a_journal_knows_all_the_code_that_a_search_depends_on():
     found, new = set(), {"msc.search._sweep"}
     while new:
         found |= new
-        homes = {
+        places = {
             module if module in MODULES else offered[module].get(what, module)
             for name in new
             for module, what in own(name)
         }
-        new = {one for one in homes if not one.startswith(keepers)} - found
+        new = {one for one in places if not one.startswith(keepers)} - found
     assert {f"msc.{name.replace('/', '.')}" for name in CODE} == found
