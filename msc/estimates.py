@@ -46,7 +46,7 @@ class Estimate:
     baseline: str = ""
 
     @classmethod
-    def read(cls, stored: Mapping[str, Any], name: str, **more: str) -> Self:
+    def read(cls, stored: Mapping[str, Any], name: str) -> Self:
         """Read what `stored` wrote.
 
         Parameters
@@ -55,15 +55,13 @@ class Estimate:
             Plain data.
         name : str
             What the number is called there; its bounds are "low" and "high".
-        **more : str
-            Label and baseline.
 
         Returns
         -------
         Estimate
             The number.
         """
-        return cls(stored[name], stored["low"], stored["high"], **more)
+        return cls(stored[name], stored["low"], stored["high"])
 
     def stored(self, name: str) -> dict[str, float | None]:
         """Write it as plain data, see `six_digits`.
