@@ -1,7 +1,8 @@
 """What comes in: real numbers, or one sentence that says what else they are.
 
 First what is asked of any number, then what all learners ask of their data. These load
-scikit-learn when they are called: an arm does without.
+scikit-learn when they are called: an arm does without. `argument` is what the caller
+knows the values as; bounds belong to what is allowed, None is none.
 """
 
 from __future__ import annotations
@@ -32,15 +33,6 @@ _NO_NUMBERS = ("could not convert", "float() argument", "setting an array", "The
 def check_real(argument: str, values: Any) -> None:
     """Refuse complex numbers, dates and masks: NumPy would make floats of them.
 
-    Parameters
-    ----------
-    argument : str
-        What the caller knows them as.
-    values : array-like
-        What was given.
-
-    Examples
-    --------
     >>> check_real("policy", [1.0, 2.0 + 0.5j])
     Traceback (most recent call last):
     ...
@@ -66,20 +58,8 @@ def check_real(argument: str, values: Any) -> None:
 def to_floats(argument: str, values: Any) -> NDArray[np.float64]:
     """Return numbers as floats, or raise a ValueError that names what they are.
 
-    Parameters
-    ----------
-    argument : str
-        What the caller knows them as.
-    values : array-like
-        What was given.
+    Their shape is left alone; NaN and infinity are let through.
 
-    Returns
-    -------
-    ndarray
-        The same, of whatever shape; NaN and infinity are let through.
-
-    Examples
-    --------
     >>> to_floats("task_deg", [0, 90])
     array([ 0., 90.])
     """
@@ -96,17 +76,6 @@ def to_floats(argument: str, values: Any) -> NDArray[np.float64]:
 def check_number(argument: str, value: Any, lowest: float, highest: float) -> None:
     """Refuse a constant beyond its bounds, or that is no real number.
 
-    Parameters
-    ----------
-    argument : str
-        What the caller knows it as.
-    value : object
-        What was given.
-    lowest, highest : float
-        Its bounds, which belong to what is allowed.
-
-    Examples
-    --------
     >>> check_number("spring", -1.0, 0.01, 1e4)
     Traceback (most recent call last):
     ...
@@ -125,17 +94,6 @@ def check_whole(
 ) -> None:
     """Refuse a count beyond its bounds, or that is none.
 
-    Parameters
-    ----------
-    argument : str
-        What the caller knows it as.
-    value : object
-        What was given.
-    lowest, highest : int
-        Its bounds, which belong to what is allowed; None: no upper one.
-
-    Examples
-    --------
     >>> check_whole("n_parallel", 2.5, 1, 1000)
     Traceback (most recent call last):
     ...
@@ -150,17 +108,6 @@ def check_whole(
 def check_kind(argument: str, value: Any, kind: type) -> None:
     """Refuse what is no object of a class.
 
-    Parameters
-    ----------
-    argument : str
-        What the caller knows it as.
-    value : object
-        What was given.
-    kind : type
-        The class.
-
-    Examples
-    --------
     >>> check_kind("gated", "no", bool)
     Traceback (most recent call last):
     ...
@@ -171,44 +118,12 @@ def check_kind(argument: str, value: Any, kind: type) -> None:
 
 
 def validate_points(estimator: Any, X: Any, **options: Any) -> _Array:
-    """Return the points, or raise a ValueError that names what is wrong with them.
-
-    Parameters
-    ----------
-    estimator : estimator
-        Whose data they are.
-    X : array-like of shape (n_samples, n_features)
-        Points, or tasks.
-    **options : dict
-        Passed on to scikit-learn's `validate_data`.
-
-    Returns
-    -------
-    ndarray of shape (n_samples, n_features)
-        The same, as floats.
-    """
+    """Return the points, or raise a ValueError that names what is wrong with them."""
     return np.asarray(_validate(estimator, X, **options))
 
 
 def validate_pairs(estimator: Any, X: Any, y: Any) -> tuple[_Array, _Array]:
-    """Return tasks and policies, or raise an error that names what is wrong with them.
-
-    Parameters
-    ----------
-    estimator : estimator
-        Whose data they are.
-    X : array-like of shape (n_tasks, n_task_params)
-        Tasks.
-    y : array-like of shape (n_tasks, n_params) or (n_tasks,)
-        Policies.
-
-    Returns
-    -------
-    X : ndarray of shape (n_tasks, n_task_params)
-        The same, as floats.
-    y : ndarray of shape (n_tasks, n_params) or (n_tasks,)
-        The same, as floats.
-    """
+    """Return tasks and policies, of one number or several, or refuse them by name."""
     from scipy.sparse import issparse  # noqa: PLC0415
 
     if issparse(y):
@@ -232,25 +147,16 @@ def _validate(estimator: Any, *data: Any, **options: Any) -> Any:
     try:
         with np.errstate(over="ignore"):  # of longer floats: told as infinity
             return validate_data(estimator, *data, dtype=np.float64, **options)
-    except (TypeError, ValueError, OverflowError) as error:
-        raise _named("X", error) from None
+    except OverflowError as error:
+        raise ValueError(f"X must hold floats: {error}") from None
+    except (TypeError, ValueError) as error:
+        if str(error).startswith(_NO_NUMBERS):
+            raise type(error)(f"X must hold numbers: {error}") from None
+        raise
 
 
 def validate_sample(tasks: Any, policies: Any) -> tuple[_Array, _Array]:
-    """Return tasks and policies that no estimator is fitted to, or refuse them.
-
-    Parameters
-    ----------
-    tasks : array-like of shape (n_tasks, n_task_params)
-        Tasks.
-    policies : array-like of shape (n_tasks, n_params)
-        Their policies.
-
-    Returns
-    -------
-    tasks, policies : ndarray
-        The same as floats.
-    """
+    """Return tasks and policies that no estimator is fitted to, or refuse them."""
     from sklearn.utils import check_X_y  # noqa: PLC0415
 
     X, y = check_X_y(
@@ -260,20 +166,7 @@ def validate_sample(tasks: Any, policies: Any) -> tuple[_Array, _Array]:
 
 
 def validate_cost(cost: Any, n_tasks: int) -> _Array:
-    """Return the costs, or raise a ValueError that names what is wrong with them.
-
-    Parameters
-    ----------
-    cost : array-like of shape (n_tasks,)
-        What each training policy cost.
-    n_tasks : int
-        Number of tasks.
-
-    Returns
-    -------
-    ndarray of shape (n_tasks,)
-        The same, as floats.
-    """
+    """Return the costs, or raise a ValueError that names what is wrong with them."""
     costs = to_floats("cost", cost)
     if costs.shape != (n_tasks,):
         raise ValueError(
@@ -289,15 +182,6 @@ def validate_cost(cost: Any, n_tasks: int) -> _Array:
 def check_magnitude(argument: str, values: _Array) -> None:
     """Refuse values of which squares overflow or vanish.
 
-    Parameters
-    ----------
-    argument : str
-        What the caller knows them as.
-    values : ndarray
-        Finite numbers.
-
-    Examples
-    --------
     >>> check_magnitude("y", np.array([0.0, -2.0]))
     """
     largest = values.flat[np.abs(values).argmax()]
@@ -312,19 +196,9 @@ def check_magnitude(argument: str, values: _Array) -> None:
 def seed_of(random_state: RandomState) -> int:
     """Turn any random_state into an int without touching NumPy's global state.
 
-    Parameters
-    ----------
-    random_state : int, RandomState instance, Generator or None
-        An int is the seed itself; a generator is asked for the next one; None draws
-        fresh entropy.
+    An int is the seed itself; a generator is asked for the next one; None draws fresh
+    entropy.
 
-    Returns
-    -------
-    int
-        A seed, >= 0.
-
-    Examples
-    --------
     >>> seed_of(7)
     7
     >>> seed_of(np.random.default_rng(0)) == seed_of(np.random.default_rng(0))
@@ -336,12 +210,3 @@ def seed_of(random_state: RandomState) -> int:
         return int(np.random.default_rng(random_state).integers(2**31 - 1))
     assert isinstance(random_state, np.random.RandomState)
     return int(random_state.randint(2**31 - 1))
-
-
-def _named(argument: str, error: Exception) -> Exception:
-    """Name the argument in NumPy's complaint about what is no number."""
-    if isinstance(error, OverflowError):
-        return ValueError(f"{argument} must hold floats: {error}")
-    if str(error).startswith(_NO_NUMBERS):
-        return type(error)(f"{argument} must hold numbers: {error}")
-    return error

@@ -2,19 +2,23 @@
 
 A command is a function that takes the parsed arguments and one, `_add_…`, that declares
 them; both stand together. Those of the book are the press's own, which is handed what
-this package tells of itself. The simulator, the search, the study and the claims, which
-take seconds to load, are imported by the commands that need them.
+this package tells of itself. What takes seconds to load (the simulator, the search, the
+study, the claims) is loaded by the faces `msc.search`, … when a command asks for it.
 """
 
 import argparse
-import json
 import sys
 from collections.abc import Sequence
+from itertools import product
 from pathlib import Path
 
+import msc.claims
+import msc.plots
+import msc.robot
+import msc.search
+import msc.study
 from msc._parallel import WorkersLost
 from msc.data import load_dataset, read_package, save_table
-from msc.robot import Workspace
 from press import (
     BOOK_COMMANDS,
     Commands,
@@ -78,16 +82,18 @@ def make_subject(root: Path) -> Subject:
     ValueError
         If a claim or a result file is not as wanted.
     """
-    from msc.claims import CLAIMS, VERDICTS, claim_fragments, load_claims, tally
-
-    values: dict[str, object] = {}
-    fragments: dict[str, str] = {}
-    if (root / CLAIMS).is_file():
-        values["n_claims"] = len(load_claims(root / CLAIMS))
-        fragments = claim_fragments(root, {page.stem for page in pages(root)})
-    if (root / VERDICTS).is_file():
-        values["verdicts"] = tally(json.loads((root / VERDICTS).read_text("utf-8")))
     commands = tell_options(_parser(), width=80)
+    if not (root / msc.claims.CLAIMS).is_file():
+        return Subject("msc", ("msc",), commands)
+    if (root / msc.claims.VERDICTS).is_file():
+        verdicts = msc.claims.judge_all(root)
+        told = msc.claims.tally(msc.claims.summarise(verdicts))
+        values = {"n_claims": len(verdicts), "verdicts": told}
+    else:
+        verdicts = []
+        values = {"n_claims": len(msc.claims.load_claims(root / msc.claims.CLAIMS))}
+    names = {page.stem for page in pages(root)}
+    fragments = msc.claims.claim_fragments(verdicts, names)
     return Subject("msc", ("msc",), commands, values, fragments)
 
 
@@ -121,26 +127,24 @@ def _add_search(commands: Commands) -> None:
 
 def _run_search(options: argparse.Namespace) -> None:
     """Search and write a table; go on where an interrupted search stopped."""
-    from msc.search import SearchOptions, SweepPlan, grid, search_tasks
-
     guide: tuple[tuple[float, tuple[float, ...]], ...] = ()
     if options.guide:
         known = load_dataset(options.guide)
         policies = map(tuple, known.policies.tolist())
         guide = tuple(zip(known.task_deg.tolist(), policies, strict=True))
-    plan = SweepPlan(
-        Workspace.named(options.workspace),
-        grid(options.tasks, options.offset),
+    plan = msc.search.SweepPlan(
+        msc.robot.Workspace.named(options.workspace),
+        msc.search.grid(options.tasks, options.offset),
         options.seed,
         guide=guide,
-        options=SearchOptions.parse(options.set),
+        options=msc.search.SearchOptions.parse(options.set),
     )
     out: Path = options.out
     check_output(out, ".csv", jobs=options.jobs, seed=options.seed)
     read_package(out.parent)
     journal = out.with_name(f".{out.name}.partial")
     try:
-        table = search_tasks(
+        table = msc.search.search_tasks(
             plan,
             jobs=options.jobs,
             dask=options.dask,
@@ -183,19 +187,17 @@ def _add_audit(commands: Commands) -> None:
 
 def _run_audit(options: argparse.Namespace) -> None:
     """Execute a table's policies again, search some again, bisect its jumps."""
-    from msc.search import LOWER, SearchOptions, audit_table
-
     out: Path | None = options.out
     if out:
         check_output(out, ".json", jobs=options.jobs, seed=options.seed)
-    found = audit_table(
+    found = msc.search.audit_table(
         options.table,
         options.workspace,
         n_sample=options.sample,
         seed=options.seed,
         jobs=options.jobs,
         progress=True,
-        options=SearchOptions.parse(options.set),
+        options=msc.search.SearchOptions.parse(options.set),
     )
     if out:
         write_json(out, found)
@@ -206,7 +208,7 @@ def _run_audit(options: argparse.Namespace) -> None:
     )
     print(
         f"searched again: {searched['n_cheaper']} of {len(searched['task_deg'])} tasks "
-        f"cheaper by more than {LOWER:.1%}, at most "
+        f"cheaper by more than {msc.search.LOWER:.1%}, at most "
         f"{max(0.0, -min(searched['change_of_cost'])):.2%}"
     )
     for jump in found["jumps"]:
@@ -228,15 +230,12 @@ def _add_survey(commands: Commands) -> None:
 
 def _run_survey(options: argparse.Namespace) -> None:
     """Measure where the circle is cut, or find the first fit layout of obstacles."""
-    from msc.search import SearchOptions
-    from msc.study import choose_layout, locate_cut
-
     out: Path = options.out
     check_output(out, ".json", jobs=options.jobs, seed=options.seed)
-    measure = locate_cut if options.constant == "cut" else choose_layout
-    how = SearchOptions.parse(options.set)
-    found = measure(seed=options.seed, jobs=options.jobs, options=how)
-    write_json(out, found)
+    ways = {"cut": msc.study.locate_cut, "layout": msc.study.choose_layout}
+    how = msc.search.SearchOptions.parse(options.set)
+    measure = ways[options.constant]
+    write_json(out, measure(seed=options.seed, jobs=options.jobs, options=how))
     print(out)
 
 
@@ -259,13 +258,10 @@ def _add_render(commands: Commands) -> None:
 
 def _run_render(options: argparse.Namespace) -> None:
     """Execute a policy and draw what happened: a strip of pictures or a film."""
-    from msc.plots import check_suffix, render
-    from msc.robot import Arm
-
     out: Path = options.out
-    check_suffix(out)
+    msc.plots.check_suffix(out)
     check_output(out, out.suffix)
-    world = Workspace.named(options.workspace)
+    world = msc.robot.Workspace.named(options.workspace)
     target = world.target(options.task)
     policy, origin = options.policy, "the given policy"
     if policy is None:
@@ -274,9 +270,9 @@ def _run_render(options: argparse.Namespace) -> None:
         nearest = int(gaps.abs().argmin())
         policy = policies[nearest]
         origin = f"the policy searched for {table['task_deg'][nearest]:g}°"
-    with Arm(world) as arm:
+    with msc.robot.Arm(world) as arm:
         rollout = arm.execute(policy, options.task)
-    render(world, rollout, target, out)
+    msc.plots.render(world, rollout, target, out)
     print(f"{out}: {origin} ends {100 * rollout.error:.2f} cm from the target")
 
 
@@ -297,8 +293,6 @@ def _add_evaluate(commands: Commands) -> None:
 
 def _run_evaluate(options: argparse.Namespace) -> None:
     """Study both workspaces; write each one's results as soon as they are there."""
-    from msc.study import format_study, run_elbows, run_study
-
     worlds = "free", "obstacles"
     folder: Path = options.out_dir
     what = {"profile": options.profile, "seed": options.seed, "jobs": options.jobs}
@@ -308,12 +302,10 @@ def _run_evaluate(options: argparse.Namespace) -> None:
         check_output(out, ".json", jobs=options.jobs, seed=options.seed)
         for table in (world, f"{world}_test"):
             load_dataset(table)
-    for world in worlds:
-        out = folder / f"study_{world}.json"
-        replace_file(out, format_study(run_study(world, **what)))
-        print(out)
-        out = folder / f"elbow_{world}.json"
-        replace_file(out, format_study(run_elbows(world, **what)))
+    ways = {"study": msc.study.run_study, "elbow": msc.study.run_elbows}
+    for world, (kind, run) in product(worlds, ways.items()):
+        out = folder / f"{kind}_{world}.json"
+        replace_file(out, msc.study.format_study(run(world, **what)))
         print(out)
 
 
@@ -327,8 +319,6 @@ def _add_claims(commands: Commands) -> None:
 
 def _run_claims(options: argparse.Namespace) -> None:
     """Hold the measured results against every claim; print the verdicts."""
-    from msc.claims import judge_all, summarise, with_summary
-
     out: Path | None = options.out
     readme: Path | None = options.readme
     if out:
@@ -336,8 +326,8 @@ def _run_claims(options: argparse.Namespace) -> None:
     text = ""
     if readme:
         text = readme.read_text(encoding="utf-8")
-        with_summary(text, {})  # refuses what has no place for it
-    verdicts = judge_all(Path.cwd())
+        msc.claims.with_summary(text, {})  # refuses what has no place for it
+    verdicts = msc.claims.judge_all(Path.cwd())
     width = max(len(one.claim.id) for one in verdicts)
     for one in verdicts:
         print(f"{one.claim.id:{width}}  {one.words:18}  {one.measured}")
@@ -346,15 +336,16 @@ def _run_claims(options: argparse.Namespace) -> None:
     for one in verdicts:
         if one.unexplained:
             print(f"{one.claim.id}: {one.verdict}, but no `why` quotes a measurement")
+    summary = msc.claims.summarise(verdicts)
     if out:
-        write_json(out, summarise(verdicts))
+        write_json(out, summary)
         print(out)
     if readme:
-        replace_file(readme, with_summary(text, summarise(verdicts)))
+        replace_file(readme, msc.claims.with_summary(text, summary))
         print(readme)
 
 
-_run, *_others = BOOK_COMMANDS
+_run, _build = BOOK_COMMANDS
 COMMANDS = (
     _add_search,
     _add_audit,
@@ -363,5 +354,5 @@ COMMANDS = (
     _add_evaluate,
     _run,
     _add_claims,
-    *_others,
+    _build,
 )

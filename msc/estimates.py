@@ -16,6 +16,8 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 from scipy.special import ndtri
 
+from msc._checks import check_whole
+
 TAILS = (0.025, 0.975)  # of the resampled values: a 95 % interval
 
 Array = NDArray[np.float64]
@@ -44,7 +46,7 @@ class Estimate:
     baseline: str = ""
 
     @classmethod
-    def read(cls, stored: Mapping[str, Any], name: str, **more: str) -> Self:
+    def read(cls, stored: Mapping[str, Any], name: str) -> Self:
         """Read what `stored` wrote.
 
         Parameters
@@ -53,15 +55,13 @@ class Estimate:
             Plain data.
         name : str
             What the number is called there; its bounds are "low" and "high".
-        **more : str
-            Label and baseline.
 
         Returns
         -------
         Estimate
             The number.
         """
-        return cls(stored[name], stored["low"], stored["high"], **more)
+        return cls(stored[name], stored["low"], stored["high"])
 
     def stored(self, name: str) -> dict[str, float | None]:
         """Write it as plain data, see `six_digits`.
@@ -194,10 +194,7 @@ def compare(
         raise ValueError(
             f"weights have shape {np.shape(weights)}; wanted ({n_tasks},), one a task"
         )
-    if not isinstance(n_resamples, int | np.integer) or n_resamples < 1:
-        raise ValueError(
-            f"n_resamples={n_resamples!r}; wanted a whole number, at least 1"
-        )
+    check_whole("n_resamples", n_resamples, 1)
     draws = Resamples(pair[0].shape, n_resamples=n_resamples, seed=seed)
     top, bottom = (
         draws.average(draws.per_set(values, weights, spread=spread)) for values in pair

@@ -10,13 +10,13 @@ What a chapter itself calls
     `check_parameters`, `expect`
 The book
     `build_book`, `build_twice`, `release_book`, `print_book`, `pages`, `Subject`,
-    `BookError`; on the command line `python -m press`
+    `BookError`; on the command line `python -m press.cli`
 What a program is made of
     `make_parser`, `run_command`, `tell_options`, `BOOK_COMMANDS`, `Commands`,
     `add_jobs`, `add_profile`, `add_seed`, `check_output`
 What all floors use
-    `face`; `locked`, `replace_file`, `replace_files`, `write_json`, `checksum`;
-    `plain`, `paragraph`, `label`
+    `face`, `homes`; `locked`, `replace_file`, `replace_files`, `write_json`,
+    `checksum`; `plain`, `paragraph`, `label`
 """
 
 import ast
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
         replace_files,
         write_json,
     )
-    from press._markdown import label, paragraph, plain
+    from press._markup import label, paragraph, plain
     from press._pages import Subject
     from press._parameters import check_parameters, expect
     from press._release import build_twice, print_book, release_book
@@ -72,22 +72,38 @@ def face(
     get, list : callable
         For ``__getattr__`` and ``__dir__``.
     """
+    offered = homes(file)
+    names = sorted(offered)
+
+    def get(name: str) -> Any:
+        if name not in offered:
+            raise AttributeError(f"module {package!r} has no attribute {name!r}")
+        return getattr(import_module(offered[name]), name)
+
+    return names, get, lambda: names
+
+
+def homes(file: str) -> dict[str, str]:
+    """Tell where the names live that a package offers.
+
+    Parameters
+    ----------
+    file : str
+        `__file__` of the package.
+
+    Returns
+    -------
+    dict of str to str
+        By name, the module it is imported from.
+    """
     tree = ast.parse(Path(file).read_text(encoding="utf-8"))
     (block,) = (node for node in tree.body if isinstance(node, ast.If))
-    homes = {
-        alias.name: node.module
+    return {
+        alias.name: node.module or ""
         for node in block.body
         if isinstance(node, ast.ImportFrom)
         for alias in node.names
     }
-    names = sorted(homes)
-
-    def get(name: str) -> Any:
-        if name not in homes:
-            raise AttributeError(f"module {package!r} has no attribute {name!r}")
-        return getattr(import_module(str(homes[name])), name)
-
-    return names, get, lambda: names
 
 
 __all__, __getattr__, __dir__ = face(__name__, __file__)

@@ -27,7 +27,7 @@ import yaml
 
 from press._chapters import BookError, Chapter, run_chapters, run_tool
 from press._files import locked
-from press._markdown import plain
+from press._markup import plain
 from press._notebook import (
     complaints,
     parameters,

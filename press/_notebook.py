@@ -99,12 +99,9 @@ def title(notebook: Notebook) -> str:
     >>> title({"cells": [cell]})
     'Figure 1: worlds'
     """
-    for cell in notebook["cells"]:
-        if cell["cell_type"] == "markdown":
-            for line in source(cell).splitlines():
-                if line.startswith("# "):
-                    return line.removeprefix("# ").strip()
-    return ""
+    texts = [source(c) for c in notebook["cells"] if c["cell_type"] == "markdown"]
+    found = re.search(r"^# (.*)$", "\n".join(texts), re.MULTILINE)
+    return found[1].strip() if found else ""
 
 
 # Runs

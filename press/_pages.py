@@ -29,7 +29,7 @@ from urllib.parse import quote
 from PIL import Image
 
 from press._chapters import Chapter
-from press._markdown import code, fenced, label, plain
+from press._markup import code, fenced, label, plain
 from press._notebook import (
     Cell,
     Notebook,
@@ -69,7 +69,7 @@ class Subject:
 
     Parameters
     ----------
-    program : str, default "python -m press"
+    program : str, default "python -m press.cli"
         How its command line is called; ``python -m`` runs the last word of it, too.
     packages : tuple of str, optional
         Packages whose docstrings the pages show; the first is the book's own.
@@ -81,7 +81,7 @@ class Subject:
         Markdown that pages include, by the name of a file.
     """
 
-    program: str = "python -m press"
+    program: str = "python -m press.cli"
     packages: tuple[str, ...] = ()
     commands: str = ""
     values: Mapping[str, Any] = field(default_factory=dict)

@@ -33,8 +33,7 @@ _LITERAL = rf'"[^"]*"|{_NUMBER}|None|True|False'
 _RANGE = re.compile(
     rf"(?:any number|(?P<low>{_NUMBER}) to (?P<high>{_NUMBER}))"
     rf"(?:, modulo (?P<period>{_NUMBER}))?"
-    r"(?:, at most (?P<most>\w+))?(?:, at least (?P<least>\w+))?"
-    r"(?P<none>,? or None)?"
+    r"(?:, at most (?P<most>\w+))?(?P<none>,? or None)?"
 )
 _LITERALS = re.compile(_LITERAL)
 _CHOICES = re.compile(rf"(?:{_LITERAL})(?:(?:, | or )(?:{_LITERAL}))+")
@@ -63,15 +62,14 @@ class Parameter(NamedTuple):
         if not found["low"]:
             words = kind.replace("a ", "any ", 1)
         words += f", modulo {found['period']}" if found["period"] else ""
-        words += "".join(f", {limit} {name}" for limit, name in self.limits)
+        words += f", at most {self.most}" if self.most else ""
         return words + (" or None" if found["none"] else "")
 
     @property
-    def limits(self) -> list[tuple[str, str]]:
-        """By which other parameters it is bounded: ("at most" or "at least", name)."""
+    def most(self) -> str:
+        """Which other parameter bounds it; empty if none does."""
         found = _RANGE.fullmatch(self.values)
-        named = {"at most": found["most"], "at least": found["least"]} if found else {}
-        return [(limit, name) for limit, name in named.items() if name]
+        return found["most"] or "" if found else ""
 
     def read(self, name: str, value: Any) -> Any:
         """Return a value as its type has it, or refuse it by name: "1e2" as 100."""
@@ -135,29 +133,25 @@ def declared(code: str) -> dict[str, Parameter]:
         tokens = [*tokenize.generate_tokens(io.StringIO(code).readline)]
     except (SyntaxError, ValueError, tokenize.TokenError) as error:
         raise ValueError(f"its cell of parameters is no Python: {error}") from error
-    comments = {
-        token.start: token.string.lstrip("# ").strip()
-        for token in tokens
-        if token.type == tokenize.COMMENT
-    }
-    beside = {line: comment for (line, column), comment in comments.items() if column}
-    alone = {
-        line: comment for (line, column), comment in comments.items() if not column
-    }
+    beside: dict[int, str] = {}  # the comment on a line, after code,
+    alone: dict[int, str] = {}  # and on one of its own
+    for token in tokens:
+        if token.type == tokenize.COMMENT:
+            line, column = token.start
+            (beside if column else alone)[line] = token.string.lstrip("# ").strip()
     found = {}
-    for line in ast.walk(tree):
-        if isinstance(line, ast.Assign | ast.AnnAssign):
-            default = ast.unparse(line.value) if line.value else ""
-            end = line.end_lineno or 0
+    for given in ast.walk(tree):
+        if isinstance(given, ast.Assign | ast.AnnAssign):
+            default = ast.unparse(given.value) if given.value else ""
+            end = given.end_lineno or 0
             comment, below = beside.get(end, ""), alone.get(end + 1, "")
             comment += f" {below}" if below.startswith("(") else ""
-            for node in ast.walk(line):
+            for node in ast.walk(given):
                 if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
                     found[node.id] = _parameter(node.id, default, comment.strip())
     for name, one in found.items():
-        for _, other in one.limits:
-            if other not in found:
-                raise ValueError(f"{name} is bounded by {other}, which is not declared")
+        if one.most and one.most not in found:
+            raise ValueError(f"{name} is bounded by {one.most}, which is not declared")
     return found
 
 
@@ -187,13 +181,10 @@ def check(
     }
     values |= read
     for name, one in parameters.items():
-        for limit, other in one.limits:
-            value, bound = values.get(name), values.get(other)
-            if value is None or bound is None:
-                continue
-            if value > bound if limit == "at most" else value < bound:
-                both = f"{name}={value!r}, {other}={bound!r}"
-                raise ValueError(f"{both}; wanted {name} {limit} {other}")
+        value, most = values.get(name), values.get(one.most)
+        if value is not None and most is not None and value > most:
+            both = f"{name}={value!r}, {one.most}={most!r}"
+            raise ValueError(f"{both}; wanted {name} at most {one.most}")
     return read
 
 

@@ -1,9 +1,9 @@
 """The command line: what every program of it shares, and the commands of the book.
 
 A command is a function that takes the parsed arguments and one, `_add_…`, that declares
-them; both stand together. What takes seconds to load is imported by the commands that
-need it. `python -m press COMMAND …` has the commands of the book; another program has
-them among its own, and hands the book its subject.
+them; both stand together. What takes seconds to load, the face of `press` loads when a
+command asks for it. `python -m press.cli COMMAND …` has the commands of the book;
+another program has them among its own, and hands the book its subject.
 """
 
 import argparse
@@ -17,6 +17,7 @@ from typing import Any, TypeAlias
 
 from tqdm import tqdm
 
+import press
 from press._chapters import BookError, read_chapter, run_chapters
 from press._notebook import complaints, write_notebook
 from press._pages import Subject
@@ -261,66 +262,42 @@ def _run_chapter(options: argparse.Namespace) -> None:
     print(f"{out}: {chapter.record.seconds:.1f} s")
 
 
-def _add_book(commands: Commands) -> None:
-    """Declare `book`."""
-    parser = commands.add_parser("book", help="execute the chapters, build the book")
-    _add_building(parser)
-    parser.set_defaults(run=_run_book)
+def _add_building(commands: Commands) -> None:
+    """Declare `book`, `release`, `pdf` and `twice`."""
+    declared = {
+        "book": (_run_book, "execute the chapters, build the book"),
+        "release": (_run_release, "pack the built book as a zip"),
+        "pdf": (_run_pdf, "print the built book as a PDF"),
+        "twice": (_run_twice, "build the book again, and compare"),
+    }
+    for name, (run, words) in declared.items():
+        parser = commands.add_parser(name, help=words)
+        parser.set_defaults(run=run)
+        if name in ("book", "twice"):
+            add_profile(parser)
+            add_jobs(parser, "chapters at a time")
 
 
 def _run_book(options: argparse.Namespace) -> None:
     """Build the book; print which chapters are executed, why, and the index page."""
-    from press._book import build_book
-
-    print(f"The book: {build_book(**_building(options))}")
-
-
-def _add_release(commands: Commands) -> None:
-    """Declare `release`."""
-    parser = commands.add_parser("release", help="pack the built book as a zip")
-    parser.set_defaults(run=_run_release)
+    print(f"The book: {press.build_book(**_building(options))}")
 
 
 def _run_release(_: argparse.Namespace) -> None:
     """Pack the built book."""
-    from press._release import release_book
-
-    print(release_book(Path.cwd()))
-
-
-def _add_pdf(commands: Commands) -> None:
-    """Declare `pdf`."""
-    parser = commands.add_parser("pdf", help="print the built book as a PDF")
-    parser.set_defaults(run=_run_pdf)
+    print(press.release_book(Path.cwd()))
 
 
 def _run_pdf(_: argparse.Namespace) -> None:
     """Print the built book."""
-    from press._release import print_book
-
-    print(print_book(Path.cwd()))
-
-
-def _add_twice(commands: Commands) -> None:
-    """Declare `twice`."""
-    parser = commands.add_parser("twice", help="build the book again, and compare")
-    _add_building(parser)
-    parser.set_defaults(run=_run_twice)
+    print(press.print_book(Path.cwd()))
 
 
 def _run_twice(options: argparse.Namespace) -> None:
     """Build the book here and elsewhere; fail where they differ."""
-    from press._release import build_twice
-
-    if different := build_twice(**_building(options)):
+    if different := press.build_twice(**_building(options)):
         raise BookError(f"built again, these differ: {', '.join(different)}")
     print("built again elsewhere, the book has the same bytes")
-
-
-def _add_building(parser: argparse.ArgumentParser) -> None:
-    """Add the options of a build."""
-    add_profile(parser)
-    add_jobs(parser, "chapters at a time")
 
 
 def _building(options: argparse.Namespace) -> dict[str, Any]:
@@ -335,4 +312,8 @@ def _building(options: argparse.Namespace) -> dict[str, Any]:
     }
 
 
-BOOK_COMMANDS = (_add_run, _add_book, _add_release, _add_pdf, _add_twice)
+BOOK_COMMANDS = (_add_run, _add_building)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import msc.plots._movements
+import msc.plots._search
 from msc import SMCE, Arm, Workspace, load_dataset
 from msc.data import Dataset, load_results, make_two_arcs
 from msc.plots import (
@@ -63,7 +63,7 @@ def few_movements():
     table = pd.DataFrame({"task_deg": degrees})
     found = Dataset(np.deg2rad(degrees)[:, None], policies, table)
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(msc.plots._movements, "load_dataset", lambda _: found)
+        patch.setattr(msc.plots._search, "load_dataset", lambda _: found)
         return Movements("obstacles")
 
 

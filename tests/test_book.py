@@ -473,8 +473,12 @@ def built(tmp_path_factory):
 def test_the_book_is_told_of_the_package_and_its_claims(tmp_path):
     assert make_subject(tmp_path).values == {}
     root = add_claims(make_book(tmp_path))
-    verdicts = {"no-jumps": {"verdict": "by construction"}}
-    (root / "data/results/claims.json").write_text(json.dumps(verdicts), "utf-8")
+    verdicts = root / "data/results/claims.json"
+    verdicts.unlink()
+    subject = make_subject(root)
+    assert subject.values == {"n_claims": 1}
+    assert "No verdicts yet" in subject.fragments["claims_table.md"]
+    verdicts.write_text("{}", "utf-8")
     subject = make_subject(root)
     assert subject.values == {"n_claims": 1, "verdicts": "1 by construction"}
     assert "[The manifold has no jumps.](one)" in subject.fragments["claims_table.md"]
@@ -561,11 +565,11 @@ def test_where_there_is_no_msc_the_press_builds_a_book_twice_to_the_same_bytes(
         return subprocess.run(command, cwd=root, env=clean, check=False, **told)
 
     assert "No module named 'msc'" in call("-c", "import msc").stderr
-    told = call("-m", "press", "twice", "--profile", "full")
+    told = call("-m", "press.cli", "twice", "--profile", "full")
     assert told.stdout.endswith("built again elsewhere, the book has the same bytes\n")
     page = (root / "_build" / "html" / "one.html").read_text("utf-8")
     assert "full 6" in page
-    assert "python -m press run book/one.ipynb --out one.ipynb" in page
+    assert "python -m press.cli run book/one.ipynb --out one.ipynb" in page
 
 
 def test_differences_are_found(tmp_path):

@@ -15,7 +15,7 @@ from test_book import CLAIM, add_claims, build_about_msc, make_book
 from msc.claims import load_claims
 from msc.plots._slider import Panel, Slider
 from press import label, paragraph, plain
-from press._markdown import code, fenced
+from press._markup import code, fenced
 from press._notebook import read_notebook, write_notebook
 from press._release import one_page
 

@@ -200,8 +200,8 @@ ones = np.ones((3, 4))
         ({"a": [], "b": []}, {}, r"'a' have shape \(0,\); wanted"),
         ({"a": ones, "b": ones}, {"weights": [1]}, r"weights have shape \(1,\); wan"),
         ({"a": ones, "b": ones}, {"weights": ones}, r"weights have shape \(3, 4\);"),
-        ({"a": ones, "b": ones}, {"n_resamples": 0}, "n_resamples=0; wanted a whole"),
-        ({"a": ones, "b": ones}, {"n_resamples": 2.5}, r"n_resamples=2\.5; wanted a"),
+        ({"a": ones, "b": ones}, {"n_resamples": 0}, "n_resamples=0; wanted at lea"),
+        ({"a": ones, "b": ones}, {"n_resamples": 2.5}, r"n_resamples=2\.5; wanted at"),
     ],
 )
 def test_shapes_that_do_not_fit_are_named(table, options, complaint):

@@ -236,13 +236,13 @@ def test_the_full_profile_resamples_more():
         ({"name": "fre"}, r"workspace='fre'"),
         ({"name": "obstacles"}, r"dataset 'obstacles' is not there"),
         ({"n_samples": 25}, r"n_samples=25 .* at most 24"),
-        ({"n_samples": 1}, r"n_samples=1; wanted a whole number from 2"),
+        ({"n_samples": 1}, r"n_samples=1; wanted at least 2, whole"),
         ({"chosen": [0, 5]}, r"n_samples=12, chosen=\[0, 5\]; wanted one of the two"),
         ({"n_samples": None}, r"n_samples=None, chosen=None; wanted one of the two"),
         ({"n_samples": None, "chosen": [3, 3]}, r"chosen=\[3, 3\]; wanted different"),
         ({"n_samples": None, "chosen": [0, 24]}, r"chosen=\[0, 24\]; .* from 0 to 23"),
         ({"names": ["chart"]}, r"names=\['chart'\] are no methods"),
-        ({"n_samples": 12.5}, r"n_samples=12\.5; wanted a whole number"),
+        ({"n_samples": 12.5}, r"n_samples=12\.5; wanted at least 2, whole"),
     ],
 )
 def test_bad_arguments_are_named(arguments, complaint):

@@ -10,6 +10,7 @@ import pytest
 from numpydoc.validate import validate
 
 from msc.search._journal import CODE
+from press import homes
 
 ROOT = Path(__file__).parents[1]
 
@@ -170,27 +171,18 @@ def test_what_a_face_offers_has_a_whole_docstring(face):
     assert not lacking
 
 
-def offered(face: str) -> dict[str, str]:
-    """Return where the names live that a face offers."""
-    path = ROOT.joinpath(*face.split("."), "__init__.py")
-    return {
-        alias.name: node.module or ""
-        for node in ast.walk(ast.parse(path.read_text("utf-8")))
-        if isinstance(node, ast.ImportFrom)
-        for alias in node.names
-    }
-
-
 def test_a_journal_knows_all_the_code_that_a_search_depends_on():
     # These keep what is found, and change nothing.
     keepers = ("press", "msc._parallel", "msc.data", "msc.search._journal")
+    folders = ["msc", *filter(is_folder, FLOORS)]
+    offered = {face: homes(import_module(face).__file__) for face in folders}
     found, new = set(), {"msc.search._sweep"}
     while new:
         found |= new
-        homes = {
-            offered(module).get(what, module) if module not in MODULES else module
+        places = {
+            module if module in MODULES else offered[module].get(what, module)
             for name in new
             for module, what in own(name)
         }
-        new = {one for one in homes if not one.startswith(keepers)} - found
+        new = {one for one in places if not one.startswith(keepers)} - found
     assert {f"msc.{name.replace('/', '.')}" for name in CODE} == found

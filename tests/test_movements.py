@@ -2,10 +2,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import msc.plots._movements
+import msc.plots._search
 from msc.data import Dataset
 from msc.plots import Movements, plot_breaks, plot_tasks
-from msc.plots._movements import SIDES
+from msc.plots._search import SIDES
 from msc.robot import forward_kinematics
 from msc.search import cost
 
@@ -21,7 +21,7 @@ def movements():
     table = pd.DataFrame({"task_deg": DEGREES})
     with pytest.MonkeyPatch.context() as patch:
         found = Dataset(np.deg2rad(DEGREES)[:, None], policies, table)
-        patch.setattr(msc.plots._movements, "load_dataset", lambda _: found)
+        patch.setattr(msc.plots._search, "load_dataset", lambda _: found)
         return Movements("obstacles")
 
 

@@ -5,9 +5,8 @@ import pytest
 from figures import experiment
 
 from msc.plots import plot_execution, plot_manifold, slide_execution
-from msc.plots._manifold import COMPARED
+from msc.plots._manifold import COMPARED, find_median
 from msc.plots._style import COLOURS
-from msc.plots._task_sliders import find_median
 
 
 @pytest.fixture(scope="module")

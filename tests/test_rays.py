@@ -2,7 +2,7 @@ import numpy as np
 import pytest
 from scipy.ndimage import label
 
-from msc.plots._rays import TABLE_RADIUS, Canvas
+from msc.plots._film import TABLE_RADIUS, Canvas
 
 BLUE, RED = (0.0, 0.2, 0.9), (0.9, 0.0, 0.0)
 SIZE = 120

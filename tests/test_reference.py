@@ -12,6 +12,7 @@ import pytest
 import msc
 from msc.cli import main, make_subject
 from press import Subject
+from press._markup import mend_backlinks
 from press._notebook import Parameter, parameters, read_notebook
 from press._pages import (
     commands_markdown,
@@ -20,7 +21,6 @@ from press._pages import (
     sources_markdown,
     write_reference,
 )
-from press._sphinx import mend_backlinks
 
 ROOT = Path(__file__).parents[1]
 BOOK = ROOT / "book"

@@ -9,6 +9,7 @@ import pytest
 from vision import VISIONS, closest, closest_in_grey, contrast, distance, lab
 
 from msc.plots import METHOD_STYLES
+from msc.plots._manifold import WAYS
 from msc.plots._study import PAPER_METHODS
 from msc.plots._style import (
     CHART_COLOURS,
@@ -18,7 +19,6 @@ from msc.plots._style import (
     TRIO,
     WORLD_STYLES,
 )
-from msc.plots._task_sliders import WAYS
 from msc.study._methods import COMMON
 
 APART = 20  # CIELAB; ten times what is just noticeable: apart without comparing

@@ -15,8 +15,7 @@ from typing import Any
 
 import pandas as pd
 
-from msc.claims._claims import Claim, Interpretation, load_claims
-from msc.claims._measures import measure
+from msc.claims._claims import Claim, Interpretation, load_claims, measure
 from msc.data import find_data, read_result
 from msc.estimates import Estimate, bonferroni
 
@@ -125,7 +124,13 @@ def judge_all(root: Path, *ids: str) -> list[Verdict]:
     if unknown := set(ids) - set(claims):
         raise ValueError(f"ids: {sorted(unknown)}; wanted some of {list(claims)}")
     chosen = [claims[one] for one in ids or claims]
-    results = _read_results(chosen, root)
+    results: dict[str, Any] = {}  # by name; of tables a DataFrame
+    for claim in chosen:
+        for name in sorted(claim.files - set(results)):
+            try:
+                results[name] = read_result(root / name, root / "data")
+            except ValueError as error:
+                raise ValueError(f"claim {claim.id!r}: {error}") from None
     return [judge(claim, results) for claim in chosen]
 
 
@@ -212,18 +217,6 @@ def judge(claim: Claim, results: Mapping[str, Any]) -> Verdict:
         raise ValueError(f"claim {claim.id!r}, {name!r}: {error}") from None
     why = claim.why.format_map(quoted)
     return Verdict(claim, _overall(findings), tuple(findings), why)
-
-
-def _read_results(claims: Iterable[Claim], root: Path) -> dict[str, Any]:
-    """Load the result files that claims need, by name; of tables a DataFrame."""
-    results: dict[str, Any] = {}
-    for claim in claims:
-        for name in sorted(claim.files - set(results)):
-            try:
-                results[name] = read_result(root / name, root / "data")
-            except ValueError as error:
-                raise ValueError(f"claim {claim.id!r}: {error}") from None
-    return results
 
 
 def _overall(findings: list[Finding]) -> str:

@@ -4,17 +4,9 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
-from pathlib import Path
 from typing import Any
 
-from msc.claims._judge import (
-    BUILT_IN,
-    CLAIMS,
-    SYMBOLS,
-    VERDICTS,
-    Verdict,
-    judge_all,
-)
+from msc.claims._judge import BUILT_IN, SYMBOLS, VERDICTS, Verdict
 from press import label, paragraph, plain
 
 TABLE = "claims_table.md"
@@ -24,33 +16,27 @@ SECTIONS = "claims_readings.md"
 BEGIN, END = "<!-- verdicts, by msc claims -->", "<!-- end of verdicts -->"
 
 
-def claim_fragments(root: Path, pages: Collection[str]) -> dict[str, str]:
+def claim_fragments(
+    verdicts: Sequence[Verdict], pages: Collection[str]
+) -> dict[str, str]:
     """Write what pages of the book include: the table, and all readings.
 
     Parameters
     ----------
-    root : Path
-        The repository.
+    verdicts : sequence of Verdict
+        What `msc.claims.judge_all` returned; none before there are any.
     pages : collection of str
         Names of the book's pages; only these are linked to.
 
     Returns
     -------
     dict of str to str
-        Markdown, by the name of the file to include; none without `book/claims.yml`.
-        Before there are verdicts, `data/results/claims.json`, a sentence that says so.
-
-    Raises
-    ------
-    ValueError
-        If a claim or a result file is not as wanted.
+        Markdown, by the name of the file to include: without verdicts, a sentence that
+        says so.
     """
-    if not (root / CLAIMS).is_file():
-        return {}
-    if not (root / VERDICTS).is_file():
+    if not verdicts:
         none = f"*No verdicts yet: `msc claims --out {VERDICTS}`.*\n"
         return {TABLE: none, SECTIONS: none}
-    verdicts = judge_all(root)
     return {
         TABLE: table_markdown(verdicts, pages),
         SECTIONS: sections_markdown(verdicts, pages),
@@ -144,7 +130,7 @@ def _section(one: Verdict, pages: Collection[str]) -> str:
         if found.verdict == BUILT_IN
     ]
     shown = f" [Its chapter]({claim.chapter})." if claim.chapter in pages else ""
-    rows = [_row("reading", "measured", "wanted", "verdict"), _RULE]
+    rows = [_row("reading", "measured", "wanted", "verdict"), "|---|---|---|---|"]
     for found in one.findings:
         cells = (found.name, found.measured, found.wanted or "–", found.verdict)
         rows.append(_row(*map(plain, cells)))
@@ -158,9 +144,6 @@ def _section(one: Verdict, pages: Collection[str]) -> str:
         f"**Why.** {plain(one.why)}" if one.why else "",
     ]
     return "\n\n".join(paragraph for paragraph in paragraphs if paragraph)
-
-
-_RULE = "|---|---|---|---|"
 
 
 def _row(*cells: str) -> str:

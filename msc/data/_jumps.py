@@ -45,12 +45,11 @@ def find_jumps(
     >>> find_jumps(np.arange(6), [[0.0], [0.1], [0.2], [3.0], [3.1], [3.2]])
     array([2])
     """
-    order = to_floats("tasks", tasks)
+    order, values = to_floats("tasks", tasks), to_floats("policies", policies)
     if order.ndim == 2 and order.shape[1] == 1:
         order = order[:, 0]
     if order.ndim != 1:
         raise ValueError(f"tasks has shape {order.shape}; wanted one number a task")
-    values = to_floats("policies", policies)
     if values.ndim != 2 or len(values) != len(order) or len(order) < 2:
         raise ValueError(
             f"policies has shape {values.shape} for {len(order)} tasks; wanted one row "

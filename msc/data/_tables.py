@@ -47,9 +47,14 @@ COLUMNS: dict[str, tuple[str, str]] = {
 }
 
 PACKAGE = "datapackage.json"
-_SEPARATORS = {";": "semicolons", "\t": "tabs", "|": "pipes", " ": "spaces"}
+_SEPARATORS = {
+    ",": "commas",
+    ";": "semicolons",
+    "\t": "tabs",
+    "|": "pipes",
+    " ": "spaces",
+}
 _NAMED = ("free", "obstacles", "free_test", "obstacles_test")
-_Package = dict[str, Any]
 _PACKAGES = ("msc", "numpy", "scipy", "cma", "pybullet")
 
 # What makes the files whose names begin so.
@@ -63,19 +68,16 @@ _COMMANDS = {
 
 
 def find_data() -> Path:
-    """Return the folder of the tables: `data` here or in a folder above, or beside msc.
+    """Find the folder of the tables.
 
     Returns
     -------
     Path
-        The folder.
+        `data` in this folder or in the nearest one above that has it, or beside msc.
     """
-    here = Path.cwd()
-    folders = [here, *here.parents, Path(__file__).resolve().parents[2]]
-    return next(
-        (f / "data" for f in folders if (f / "data" / "datapackage.json").is_file()),
-        folders[-1] / "data",
-    )
+    beside = Path(__file__).resolve().parents[2] / "data"
+    folders = [folder / "data" for folder in (Path.cwd(), *Path.cwd().parents)]
+    return next((data for data in folders if (data / PACKAGE).is_file()), beside)
 
 
 class Dataset(NamedTuple):
@@ -137,69 +139,71 @@ def load_dataset(name: str | Path) -> Dataset:
         )
     _verify(path)
     try:
-        table = pd.read_csv(path, skipinitialspace=True)
-        table.columns = table.columns.astype(str).str.strip()
+        table = _read(path)
     except ValueError as error:
-        raise ValueError(f"{path.name}: {_foreign(path) or error}") from None
-    missing = [column for column in COLUMNS if column not in table]
-    if missing:
-        found = ", ".join(map(repr, table.columns[:3]))
-        named = f"columns missing: {', '.join(missing)}; the first ones are {found}"
-        said = _foreign(path) or named
-        raise ValueError(f"{path.name}: {said}")
-    twice = table.columns[table.columns.duplicated()]
-    if len(twice):
-        raise ValueError(f"{path.name}: columns given twice: {', '.join(twice)}")
-    if not isinstance(table.index, pd.RangeIndex):
-        raise ValueError(
-            f"{path.name}: rows hold more values than there are columns; wanted as "
-            "many, and decimal points, not commas"
-        )
-    if table.empty:
-        raise ValueError(f"{path.name}: no rows; wanted at least one task")
-    table = table.assign(**_numbers(table, path.name))
-    duplicates = table["task_deg"][table["task_deg"].duplicated()].tolist()
-    if duplicates:
-        raise ValueError(f"{path.name}: duplicate tasks at task_deg={duplicates}")
-    beyond = table["task_deg"][~table["task_deg"].between(0, 360, "left")].tolist()
-    if beyond:
-        raise ValueError(
-            f"{path.name}: tasks outside the turn at task_deg={beyond}; wanted angles "
-            "from 0 to below 360"
-        )
+        raise ValueError(f"{path.name}: {error}") from None
     table = table.sort_values("task_deg", ignore_index=True)
     tasks = np.deg2rad(table[["task_deg"]].to_numpy())
     return Dataset(tasks, table[list(WEIGHTS)].to_numpy(), table)
 
 
-def _numbers(table: pd.DataFrame, file: str) -> dict[str, pd.Series]:
-    """Return the columns of numbers as such, or say what is none, where."""
-    columns = {}
+def _read(path: Path) -> pd.DataFrame:
+    """Read a table, or say what is wrong with it."""
+    try:
+        table = pd.read_csv(path, skipinitialspace=True)
+        table.columns = table.columns.astype(str).str.strip()
+        missing = [column for column in COLUMNS if column not in table]
+        if missing:
+            found = ", ".join(map(repr, table.columns[:3]))
+            raise ValueError(
+                f"columns missing: {', '.join(missing)}; the first ones are {found}"
+            )
+    except ValueError as error:
+        raise ValueError(_foreign(path) or error) from None
+    twice = table.columns[table.columns.duplicated()]
+    if len(twice):
+        raise ValueError(f"columns given twice: {', '.join(twice)}")
+    if not isinstance(table.index, pd.RangeIndex):
+        raise ValueError(
+            "rows hold more values than there are columns; wanted as many, and "
+            "decimal points, not commas"
+        )
+    if table.empty:
+        raise ValueError("no rows; wanted at least one task")
     for name, (kind, _) in COLUMNS.items():
-        if kind == "string":
-            continue
-        column = table[name]
-        values = pd.to_numeric(column, errors="coerce")
-        no_number = values.isna() & ~column.isna()
-        if column.dtype == bool or no_number.any():
-            row = int(no_number.to_numpy().argmax())
-            said = str(column.iloc[row])
-            commas = "; wanted decimal points, no commas" if "," in said else ""
-            raise ValueError(
-                f"{file}: wanted numbers: {name} in row {row + 1} is {said!r}{commas}"
-            )
-        finite = np.isfinite(values.fillna(0.0) if name == "margin" else values)
-        if not finite.all():
-            raise ValueError(f"{file}: NaN or infinite values in {name}")
-        if name in WEIGHTS and (values.abs() > LARGEST).any():
-            raise ValueError(
-                f"{file}: {name} reaches {values.abs().max():g}; wanted at most "
-                f"{LARGEST:g}"
-            )
-        if kind == "integer" and (values % 1 != 0).any():
-            raise ValueError(f"{file}: {name} holds fractions; wanted whole numbers")
-        columns[name] = values
-    return columns
+        if kind != "string":
+            table[name] = _numbers(name, kind, table[name])
+    tasks = table["task_deg"]
+    if tasks.duplicated().any():
+        raise ValueError(
+            f"duplicate tasks at task_deg={tasks[tasks.duplicated()].tolist()}"
+        )
+    beyond = tasks[~tasks.between(0, 360, "left")].tolist()
+    if beyond:
+        raise ValueError(
+            f"tasks outside the turn at task_deg={beyond}; wanted angles from 0 to "
+            "below 360"
+        )
+    return table
+
+
+def _numbers(name: str, kind: str, column: pd.Series) -> pd.Series:
+    """Return a column of numbers as such, or say what is none, where."""
+    values = pd.to_numeric(column, errors="coerce")
+    wrong = (values.isna() & column.notna()).to_numpy()
+    if column.dtype == bool or wrong.any():
+        row = int(wrong.argmax())
+        said = str(column.iloc[row])
+        commas = "; wanted decimal points, no commas" if "," in said else ""
+        raise ValueError(f"wanted numbers: {name} in row {row + 1} is {said!r}{commas}")
+    if not np.isfinite(values.fillna(0.0) if name == "margin" else values).all():
+        raise ValueError(f"NaN or infinite values in {name}")
+    largest = values.abs().max()
+    if name in WEIGHTS and largest > LARGEST:
+        raise ValueError(f"{name} reaches {largest:g}; wanted at most {LARGEST:g}")
+    if kind == "integer" and (values % 1 != 0).any():
+        raise ValueError(f"{name} holds fractions; wanted whole numbers")
+    return values
 
 
 def save_table(
@@ -229,7 +233,12 @@ def save_table(
     """
     text = table[list(COLUMNS)].to_csv(index=False, lineterminator="\n")
     content = text.encode()
-    resource: _Package = {
+    versions = {name: metadata.version(name) for name in _PACKAGES}
+    fields = [
+        {"name": name, "type": kind, "description": description}
+        for name, (kind, description) in COLUMNS.items()
+    ]
+    resource = {
         "name": path.stem.replace("_", "-"),
         "path": path.name,
         "profile": "tabular-data-resource",
@@ -240,17 +249,8 @@ def save_table(
         "command": command,
         "seed": seed,
         **extra,
-        "versions": {
-            "python": platform.python_version(),
-            **{name: metadata.version(name) for name in _PACKAGES},
-        },
-        "schema": {
-            "fields": [
-                {"name": name, "type": kind, "description": description}
-                for name, (kind, description) in COLUMNS.items()
-            ],
-            "primaryKey": ["task_deg"],
-        },
+        "versions": {"python": platform.python_version()} | versions,
+        "schema": {"fields": fields, "primaryKey": ["task_deg"]},
     }
     path.parent.mkdir(parents=True, exist_ok=True)
     with locked(path.parent):  # another search may end in this folder
@@ -281,8 +281,8 @@ def read_package(folder: Path) -> dict[str, Any]:
     """
     file = folder / PACKAGE
     if not file.exists():
-        start = {"name": "msc-policies", "licenses": [{"name": "CC0-1.0"}]}
-        return start | {"resources": []}
+        licences = [{"name": "CC0-1.0"}]
+        return {"name": "msc-policies", "licenses": licences, "resources": []}
     try:
         package = json.loads(file.read_text(encoding="utf-8"))
         json.dumps(package, ensure_ascii=False).encode()  # as it is to be written again
@@ -293,9 +293,9 @@ def read_package(folder: Path) -> dict[str, Any]:
             f"{file}: wanted a data package, which is JSON in UTF-8: {error}; mend it "
             "or remove it"
         ) from None
-    resources = package.get("resources") if isinstance(package, dict) else None
-    if not isinstance(resources, list) or not all(
-        isinstance(one, dict) and isinstance(one.get("path"), str) for one in resources
+    listed = package.get("resources") if isinstance(package, dict) else None
+    if not isinstance(listed, list) or not all(
+        isinstance(one, dict) and isinstance(one.get("path"), str) for one in listed
     ):
         raise ValueError(
             f"{file}: wanted a data package, an object whose `resources` is a list of "
@@ -311,50 +311,42 @@ def _foreign(path: Path) -> str:
     except UnicodeDecodeError as error:
         return f"wanted a table in UTF-8: {error}"
     first = next((line for line in lines if line.strip()), "")
+
+    def n_columns(separator: str) -> int:
+        return sum(name.strip(" \"'") in COLUMNS for name in first.split(separator))
+
     says = re.fullmatch(r"\"?sep=(.?)\"?,*", first.strip(" "), re.IGNORECASE)
-    if says:
-        separator = says[1] or "\t"
-    else:
-        signs = dict.fromkeys([",", *_SEPARATORS, *re.findall(r"[^\w\"']", first)])
-        separator = max(signs, key=lambda sign: _n_known(first, sign))
-    name = _SEPARATORS.get(separator, repr(separator))
-    if separator == "," and not says:
-        return ""
-    also = f" and the first line is {first!r}" if says else ""
+    signs = dict.fromkeys([*_SEPARATORS, *re.findall(r"[^\w\"']", first)])
+    separator = says[1] or "\t" if says else max(signs, key=n_columns)
+    wanted = "commas, decimal points and nothing before the names of the columns"
     if separator == ",":
-        return (
-            f"columns are separated by commas and the first line is {first!r}; wanted "
-            "the names of the columns there"
-        )
-    return (
-        f"columns are separated by {name}{also}; wanted commas, decimal points and "
-        "nothing before the names of the columns"
-    )
-
-
-def _n_known(header: str, separator: str) -> int:
-    """Count the columns' names in a line."""
-    names = {name.strip(" \"'") for name in header.split(separator)}
-    return len(names & set(COLUMNS))
+        if not says:
+            return ""
+        wanted = "the names of the columns there"
+    also = f" and the first line is {first!r}" if says else ""
+    name = _SEPARATORS.get(separator, repr(separator))
+    return f"columns are separated by {name}{also}; wanted {wanted}"
 
 
 def _verify(path: Path) -> None:
     """Compare a table with the checksum in the data package beside it, if any."""
-    for resource in read_package(path.parent)["resources"]:
-        if resource["path"] == path.name:
-            found, stated = checksum(path), resource.get("hash")
-            if found != stated:
-                command = resource.get("command")
-                differs = (
-                    f"checksum {found[7:19]}… differs from the data package's "
-                    f"{str(stated)[7:19] + '…' if stated else 'none'}"
-                )
-                remake = f", or remake it: {command}" if command else ""
-                raise ValueError(f"{path.name}: {differs}; restore the file{remake}")
+    known = {one["path"]: one for one in read_package(path.parent)["resources"]}
+    if not (resource := known.get(path.name)):
+        return
+    found, stated = checksum(path), resource.get("hash")
+    if found == stated:
+        return
+    command = resource.get("command")
+    package = f"{str(stated)[7:19]}…" if stated else "none"
+    remake = f", or remake it: {command}" if command else ""
+    raise ValueError(
+        f"{path.name}: checksum {found[7:19]}… differs from the data package's "
+        f"{package}; restore the file{remake}"
+    )
 
 
 def load_results(*names: str) -> list[dict[str, Any]]:
-    """Load results from the folder `data/results`.
+    """Load results from the folder `data/results`, each as `read_result` does.
 
     Parameters
     ----------
@@ -365,11 +357,6 @@ def load_results(*names: str) -> list[dict[str, Any]]:
     -------
     list of dict
         Their contents, see `msc.study`, `msc.learn` and `msc.search`.
-
-    Raises
-    ------
-    ValueError
-        If a file is missing, or rests on other tables than those in `data`.
 
     Examples
     --------
@@ -431,7 +418,4 @@ def describe_origin(command: str, *tables: Path) -> dict[str, Any]:
     dict
         The command, and under ``"data"`` the tables' checksums by name.
     """
-    return {
-        "command": command,
-        "data": {table.name: checksum(table) for table in tables},
-    }
+    return {"command": command, "data": {one.name: checksum(one) for one in tables}}

@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.cluster.hierarchy import DisjointSet
 from scipy.sparse.csgraph import minimum_spanning_tree
 from sklearn.neighbors import NearestNeighbors
 
@@ -103,9 +104,9 @@ def _near_copies(X: Array) -> list[list[int]]:
     search = NearestNeighbors(n_neighbors=min(_MOST, n_points - 1), algorithm="kd_tree")
     graph = search.fit(X).kneighbors_graph(mode="distance")
     tree = minimum_spanning_tree(graph.maximum(graph.T)).tocoo()
-    order = np.argsort(tree.data, kind="stable")
-    columns = (each[order].tolist() for each in (tree.data, tree.row, tree.col))
-    edges = list(zip(*columns, strict=True))
+    edges = sorted(
+        zip(tree.data.tolist(), tree.row.tolist(), tree.col.tolist(), strict=True)
+    )
     groups = _group(edges, n_points, math.inf)
     reach = 0.0
     if _common_ratio(groups, n_points):
@@ -113,16 +114,17 @@ def _near_copies(X: Array) -> list[list[int]]:
         groups = _group(edges, n_points, _FAR * spacing)
         reach = min(_REACH * _common_ratio(groups, n_points), _TIGHT)
     sizes = np.linalg.norm(X, axis=1)
-    rounding = _ROUNDING * np.maximum(sizes, np.median(sizes))
+    sizes = np.maximum(sizes, np.median(sizes))
 
-    def are_copies(group: _Group) -> bool:
-        longest = group.ratio * group.apart
-        by_rounding = longest <= min(
-            _ROUNDING * group.apart, rounding[group.members].max()
-        )
-        return group.ratio <= reach or by_rounding
+    def by_rounding(group: _Group) -> bool:
+        largest = min(group.apart, sizes[group.members].max())
+        return bool(group.ratio * group.apart <= _ROUNDING * largest)
 
-    return [g.members for g in groups if len(g.members) > 1 and are_copies(g)]
+    return [
+        group.members
+        for group in groups
+        if len(group.members) > 1 and (group.ratio <= reach or by_rounding(group))
+    ]
 
 
 def _group(
@@ -130,43 +132,37 @@ def _group(
 ) -> list[_Group]:
     """Group points by single linkage, given the tree's edges, shortest first."""
     found: list[_Group] = []
-    roots = list(range(n_points))  # of a part that went into another: that one
-    parts = {i: _Part([i], 0.0, 0.0, []) for i in roots}
+    joined = DisjointSet(range(n_points))
+    parts = {i: _Part([i], 0.0, 0.0, []) for i in range(n_points)}  # by joined's roots
     for step, *ends in edges:
-        for end in (0, 1):
-            while roots[ends[end]] != ends[end]:
-                roots[ends[end]] = roots[roots[ends[end]]]
-                ends[end] = roots[ends[end]]
-        one, other = (parts.pop(end) for end in ends)
+        one, other = (parts.pop(joined[end]) for end in ends)
         groups = _close(one, min(step, far)) + _close(other, min(step, far))
         members = one.members + other.members
         if len(members) > _MOST:  # no group any more
             found += groups
             members, groups = members[: _MOST + 1], []
-        roots[ends[0]] = ends[1]
+        joined.merge(*ends)
         total = one.total + other.total + step
-        parts[ends[1]] = _Part(members, step, total, groups)
+        parts[joined[ends[0]]] = _Part(members, step, total, groups)
     return found + [group for part in parts.values() for group in part.groups]
 
 
 def _close(part: _Part, step: float) -> list[_Group]:
     """Choose the whole part or what is within, now that the next step is known."""
-    mean = part.total / max(len(part.members) - 1, 1)
-    evenness = mean / part.longest if part.longest else 1.0
-    whole = _Group(part.members, step, part.longest / step, evenness)
+    n_members = len(part.members)
+    if n_members == 1:
+        return [_Group(part.members, step, 0.0, 1.0)]
+    ratio = part.longest / step
     inner = [group for group in part.groups if len(group.members) > 1]
     covered = sum(len(group.members) for group in inner)
+    is_covered = covered >= _COVER * n_members
     # A tight whole is a group, unless smaller ones nearly cover it and are tighter.
-    if len(part.members) > 1 and (
-        len(part.members) > _MOST
-        or whole.ratio > _TIGHT
-        or (
-            covered >= _COVER * len(part.members)
-            and math.prod(group.ratio for group in inner) < whole.ratio
-        )
-    ):
+    if n_members > _MOST or ratio > _TIGHT:
         return part.groups
-    return [whole]
+    if is_covered and math.prod(group.ratio for group in inner) < ratio:
+        return part.groups
+    mean = part.total / (n_members - 1)
+    return [_Group(part.members, step, ratio, mean / part.longest)]
 
 
 def _common_ratio(groups: list[_Group], n_points: int) -> float:

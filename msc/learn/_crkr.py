@@ -17,16 +17,9 @@ from sklearn.base import BaseEstimator, MultiOutputMixin, RegressorMixin
 from sklearn.utils._param_validation import Interval
 from sklearn.utils.validation import check_is_fitted
 
-from msc._checks import (
-    MAGNITUDES,
-    validate_cost,
-    validate_pairs,
-    validate_points,
-)
+from msc._checks import MAGNITUDES, validate_cost, validate_pairs, validate_points
 from msc._parallel import tell
 from msc.learn._gaussian import LENGTH_SCALE_BOUNDS, LENGTH_SCALES, warn_of_scale
-
-__all__ = ["CrKR"]
 
 Array = NDArray[np.float64]
 
@@ -75,10 +68,9 @@ class CrKR(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: ignore[mis
     Equal costs make this kernel ridge regression. The mean is that of a Gaussian
     process with noise variance ridge * cost. `tune` maximises its marginal likelihood,
     summed over the policy dimensions, each with the signal variance that suits it best
-    (which has a closed form and cancels from the mean). As for the skill's own Gaussian
-    processes, L-BFGS-B starts from length scales 0.2, 0.7 and 2.5, each with the
-    likeliest ridge * mean(cost) of 1e-6, 1e-3 and 0.1; the two are bounded by 0.01 and
-    100, and by 1e-8 and 1e3.
+    (which cancels from the mean). L-BFGS-B starts from length scales 0.2, 0.7 and 2.5,
+    each with the likeliest ridge * mean(cost) of 1e-6, 1e-3 and 0.1; the two are
+    bounded by 0.01 and 100, and by 1e-8 and 1e3.
 
     References
     ----------
@@ -201,35 +193,24 @@ def _tune(
     largest = np.abs(targets).max(axis=0)  # of no influence, but for their squares
     is_safe = (MAGNITUDES[0] <= largest) & (largest <= MAGNITUDES[1])
     targets = targets / np.where(is_safe, 1.0, largest)
-    arguments = (squares, targets, relative_cost)
-    starts = [
-        min(
-            (np.log([length_scale, noise]) for noise in _NOISES),
-            key=lambda start: _negative_log_likelihood(start, *arguments)[0],
-        )
-        for length_scale in LENGTH_SCALES
-    ]
+
+    def objective(start: Array) -> tuple[float, Array]:
+        return _negative_log_likelihood(start, squares, targets, relative_cost)
+
+    def search(length_scale: float) -> Any:
+        starts = (np.log([length_scale, noise]) for noise in _NOISES)
+        start = min(starts, key=lambda one: objective(one)[0])
+        bounds = np.log(_BOUNDS)
+        return minimize(objective, start, jac=True, bounds=bounds, method="L-BFGS-B")
+
     told = tell(
-        starts,
+        LENGTH_SCALES,
         "starts of the search",
-        total=len(starts),
+        total=len(LENGTH_SCALES),
         n_tasks=len(targets),
         verbose=verbose,
     )
-    found = min(
-        (
-            minimize(
-                _negative_log_likelihood,
-                start,
-                arguments,
-                jac=True,
-                bounds=np.log(_BOUNDS),
-                method="L-BFGS-B",
-            )
-            for start in told
-        ),
-        key=lambda optimum: optimum.fun,
-    )
+    found = min(map(search, told), key=lambda optimum: optimum.fun)
     length_scale, noise = np.exp(found.x)
     return float(length_scale), float(noise / cost.mean())
 

@@ -2,10 +2,9 @@
 
 Every point has a small convex program of its own. Two solvers take them, and each is
 the other's oracle in the tests. *cvxpy* gets the programs in the form in which they are
-printed. *batched* is an interior point method over arrays: a solver that is called for
-each program spends most of its time on being called; here a step is a handful of array
-operations for all programs that are not finished yet. What it cannot certify, it leaves
-to cvxpy: very small penalties, mostly.
+printed, as one. *batched* is an interior point method, of which a step is a handful of
+array operations for all programs that are not finished yet. What it cannot certify, it
+leaves to cvxpy: very small penalties, mostly.
 
 Programs are solved in chunks of points, so that memory stays bounded.
 """
@@ -109,42 +108,25 @@ def reconstruct(
         raise ValueError(f"solver={solver!r}; wanted one of {SOLVERS}, or None")
     sizes = np.linalg.norm(X, axis=1)
     sizes = np.maximum(sizes, np.median(sizes))
-    parts = [
-        _reconstruct(
-            X[neighbors[chunk]] - X[chunk, None],
-            sizes[chunk],
-            regularization,
-            is_normalized,
-            solver,
-        )
-        for chunk in np.split(np.arange(len(X)), range(_CHUNK, len(X), _CHUNK))
-    ]
+    parts = []
+    for chunk in np.split(np.arange(len(X)), range(_CHUNK, len(X), _CHUNK)):
+        differences = X[neighbors[chunk]] - X[chunk, None]
+        distances = np.linalg.norm(differences, axis=2)
+        extent = np.minimum(distances.max(axis=1), sizes[chunk])
+        copies = distances <= _COPY * extent[:, None]
+        columns = differences.transpose(0, 2, 1)  # (points, features, neighbours)
+        if is_normalized:
+            columns = columns / np.where(copies, np.inf, distances)[:, None]
+        totals = distances.sum(axis=1, keepdims=True)
+        penalty = regularization * distances / np.where(totals, totals, 1.0)  # Eq. 4
+        coef = copies / np.maximum(copies.sum(axis=1, keepdims=True), 1)
+        rest = ~copies.any(axis=1)
+        if rest.any():
+            coef[rest] = _solve(columns[rest], penalty[rest], solver)
+        errors = np.einsum("ijk,ik->ij", columns, coef)
+        objective = (penalty * abs(coef)).sum(axis=1) + 0.5 * (errors**2).sum(axis=1)
+        parts.append((coef, distances, objective))
     coef, distances, objective = map(np.concatenate, zip(*parts, strict=True))
-    return coef, distances, objective
-
-
-def _reconstruct(
-    differences: Array,
-    sizes: Array,
-    regularization: float,
-    is_normalized: bool,
-    solver: str,
-) -> tuple[Array, Array, Array]:
-    """Do it for one chunk, given its neighbours less its points, and their sizes."""
-    distances = np.linalg.norm(differences, axis=2)
-    extent = np.minimum(distances.max(axis=1), sizes)
-    copies = distances <= _COPY * extent[:, None]
-    columns = differences.transpose(0, 2, 1)  # (n_points, n_features, n_neighbors)
-    if is_normalized:
-        columns = columns / np.where(copies, np.inf, distances)[:, None]
-    totals = distances.sum(axis=1, keepdims=True)
-    penalty = regularization * distances / np.where(totals, totals, 1.0)  # Eq. 4
-    coef = copies / np.maximum(copies.sum(axis=1, keepdims=True), 1)
-    rest = ~copies.any(axis=1)
-    if rest.any():
-        coef[rest] = _solve(columns[rest], penalty[rest], solver)
-    errors = np.einsum("ijk,ik->ij", columns, coef)
-    objective = (penalty * abs(coef)).sum(axis=1) + 0.5 * (errors**2).sum(axis=1)
     return coef, distances, objective
 
 
@@ -186,26 +168,13 @@ def _solve_by_cvxpy(columns: Array, penalty: Array) -> Array:
 def solve_qps(columns: Array, penalty: Array) -> Array:
     """Minimise penalty @ |c| + |columns @ c|^2 / 2 with sum(c) = 1, many times.
 
-    Notes
-    -----
-    Mehrotra's predictor-corrector method as in algorithm 16.4 of [1]_. The positive and
-    the negative part x of c are kept positive, and so are their slopes s, which vanish
-    where the other does not. With G = columns' columns and the multiplier m of the
-    constraint, optimal are::
+    Mehrotra's predictor-corrector method: algorithm 16.4 of J. Nocedal and S. Wright,
+    "Numerical Optimization", 2nd edition, 2006. The positive and the negative part x of
+    c are kept positive, and so are their slopes s, which vanish where the other does
+    not. With G = columns' columns and the multiplier m of the constraint, optimal are::
 
         penalty + (G c - m) = s    for the positive parts,    x s = 0,
         penalty - (G c - m) = s    for the negative ones,     sum(c) = 1
-
-    References
-    ----------
-    .. [1] J. Nocedal and S. Wright, "Numerical Optimization", 2nd edition, 2006.
-
-    Examples
-    --------
-    The middle of two points is their mean.
-
-    >>> solve_qps(np.array([[[1.0, -1.0]]]), np.array([[0.5, 0.5]])).round(9)
-    array([[0.5, 0.5]])
     """
     n_programs, n_columns = penalty.shape
     found = np.full(penalty.shape, np.nan)

@@ -27,17 +27,15 @@ from msc._checks import (
     validate_points,
 )
 from msc.learn._copies import find_copies
-from msc.learn._elbow import elbow
 from msc.learn._reconstruction import SOLVERS, reconstruct
 from msc.learn._spectral import (
     cluster_each,
     cluster_rows,
+    elbow,
     laplacian_eigen,
     unit_rows,
     within_cluster_ss,
 )
-
-__all__ = ["SMCE"]
 
 Array = NDArray[np.float64]
 
@@ -72,10 +70,9 @@ class SMCE(ClusterMixin, BaseEstimator):  # type: ignore[misc]
         is left alone.
     solver : {"cvxpy", "batched"} or None, default=None
         What solves the points' programs: "cvxpy", to which they are stated as printed
-        below, or "batched", an interior point method of our own in half the time. None
-        is "cvxpy" for up to 100 distinct points, "batched" for more. Values agree
-        within 1e-8; where a minimum is flat, as among eight points, coefficients do
-        within 1e-5, and charts may differ.
+        below, or "batched", an interior point method of our own, which is faster. None
+        is "cvxpy" for up to 100 distinct points. Values agree within 1e-8; where a
+        minimum is flat, coefficients do within 1e-5, and charts may differ.
 
     Attributes
     ----------
@@ -116,26 +113,24 @@ class SMCE(ClusterMixin, BaseEstimator):  # type: ignore[misc]
     1e-11 of the optimum, relative to it, in either form; on others at worst within the
     solver's own 1e-8 of a point's value at its nearest neighbour.
 
-    Points given more than once, exactly or nearly, are clustered once, as their mean,
-    and copies are in the chart of their point: they would use up its neighbours, and
-    the graph would fall into as many components as there are points. `find_copies` says
-    what counts as a copy, `copy_of_` what was taken for one. Near copies, 2 to 8 of
-    every point, are found up to a noise of 0.05 of the distance to the next point: all
-    but, on the policies with obstacles, some of points far from all others.
-    Charts then stay what they are without (adjusted Rand index at least 0.95, with 6 to
-    20 neighbours), but for those that hang on a few points: such ones change with the
-    order of points and with noise on single points, too. At 0.1 and 0.2 most are found;
-    at 0.5 none is, and charts are arbitrary unless `n_neighbors` reaches beyond them.
+    Points given more than once, exactly or nearly (`find_copies` says what counts),
+    are clustered once, as their mean, and copies are in the chart of their point: they
+    would use up its neighbours, and the graph would fall into as many components as
+    there are points. Near copies, 2 to 8 of every point, are found up to a noise of
+    0.05 of the distance to the next point: all but, on the policies with obstacles,
+    some of points far from all others. Charts then stay what they are without (adjusted
+    Rand index at least 0.95, with 6 to 20 neighbours), but for those that hang on a few
+    points. At a noise of 0.1 and 0.2 most are found; at 0.5 none is, and charts are
+    arbitrary unless `n_neighbors` reaches beyond them.
 
     Affinities are the row-normalised `|c_j / d_j|`, in the raw form `|c_j|`, pruned and
     symmetrised by the larger of both directions; clustering follows [3]_. Where the
     graph has more components than charts, the data do not determine which components
     share a chart: here the smallest do, and a warning says how many there are.
 
-    The elbow: [2]_ does not name the curve it is read from. Here it is `elbow_curve_`,
+    [2]_ does not name the curve that the elbow is read from. Here it is `elbow_curve_`,
     measured in the fixed space of `X` because the embedding changes with the number of
-    charts, and the elbow is its point furthest below the chord between its ends, both
-    axes scaled to [0, 1].
+    charts, and the elbow is its point furthest below the chord between its ends.
 
     References
     ----------
@@ -228,17 +223,15 @@ class SMCE(ClusterMixin, BaseEstimator):  # type: ignore[misc]
         affinity = self._connect(distinct, points.astype(np.int32), place)
 
         curve_length = min(self.max_clusters, n_samples)
-        wanted = max(self.n_clusters or 1, curve_length)
-        self.eigenvalues_, vectors = laplacian_eigen(
-            affinity, min(wanted, len(points)), seed
-        )
+        wanted = min(max(self.n_clusters or 1, curve_length), len(points))
+        self.eigenvalues_, vectors = laplacian_eigen(affinity, wanted, seed)
         charts = cluster_each(vectors, min(curve_length, len(points)), seed)
         charts += charts[-1:] * (curve_length - len(charts))
         self.elbow_curve_ = np.array(
             [within_cluster_ss(distinct, each) for each in charts]
         )
-        count = self.n_clusters or elbow(self.elbow_curve_)
-        count = self.n_clusters_ = min(count, len(points))
+        count = min(self.n_clusters or elbow(self.elbow_curve_), len(points))
+        self.n_clusters_ = count
         self._warn_of_too_few(len(points), affinity)
         embedding = unit_rows(vectors[:, :count])
         known = count <= curve_length
@@ -252,8 +245,7 @@ class SMCE(ClusterMixin, BaseEstimator):  # type: ignore[misc]
         """Reconstruct the distinct points, rows `points`; return their affinities."""
         n_samples, n_points = len(place), len(points)
         shape = (n_samples, n_samples)
-        indices = np.arange(n_samples, dtype=np.int32)
-        copies = indices[points[place] != indices]
+        copies = np.setdiff1d(np.arange(n_samples, dtype=np.int32), points)
         ends = copies, points[place][copies]
         pointing = sp.csr_array((np.ones(len(copies)), ends), shape)
         self.affinity_matrix_ = pointing + pointing.T  # a copy's is to its point, 1
@@ -261,21 +253,19 @@ class SMCE(ClusterMixin, BaseEstimator):  # type: ignore[misc]
             self.coef_ = pointing + sp.csr_array(([1.0], ([0], [1])), shape)
             self.objective_ = np.zeros(n_samples)
             return sp.csr_array(np.ones((1, 1)))
-        search = NearestNeighbors(
-            n_neighbors=min(self.n_neighbors, n_points - 1), algorithm="kd_tree"
-        )
+        n_neighbors = min(self.n_neighbors, n_points - 1)
+        search = NearestNeighbors(n_neighbors=n_neighbors, algorithm="kd_tree")
         neighbors = search.fit(distinct).kneighbors(return_distance=False)
-        is_normalized = self.form == "normalized"
         coef, distances, objective = reconstruct(
             distinct,
             neighbors,
             regularization=self.regularization,
-            is_normalized=is_normalized,
+            is_normalized=self.form == "normalized",
             solver=self.solver,
         )
         weights = abs(coef)
-        if is_normalized:  # at distance zero, not to be told apart, is all the weight
-            weights = weights / np.where(distances > 0, distances, 1.0)
+        if self.form == "normalized":  # at distance zero, a point has all the weight
+            weights /= np.where(distances > 0, distances, 1.0)
         directed = _to_sparse(_prune(weights, self.prune), neighbors, n_points)
         affinity = directed.maximum(directed.T).tocsr()
         self.coef_ = _to_sparse(coef[place], points[neighbors][place], n_samples)
@@ -331,10 +321,9 @@ def _prune(weights: Array, share: float) -> Array:
 def _to_sparse(
     rows: Array, neighbors: NDArray[np.intp], n_columns: int
 ) -> sp.csr_array:
-    n_rows, n_neighbors = rows.shape
-    starts = np.arange(0, rows.size + 1, n_neighbors, dtype=np.int32)
+    starts = np.arange(0, rows.size + 1, rows.shape[1], dtype=np.int32)
     entries = (rows.ravel(), neighbors.ravel().astype(np.int32), starts)
-    matrix = sp.csr_array(entries, shape=(n_rows, n_columns), copy=True)
+    matrix = sp.csr_array(entries, shape=(len(rows), n_columns), copy=True)
     matrix.eliminate_zeros()
     matrix.sort_indices()
     return matrix

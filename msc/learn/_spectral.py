@@ -131,3 +131,27 @@ def within_cluster_ss(X: Array, labels: NDArray[np.intp]) -> float:
     apart = X - centers[labels]
     rounding = len(X) * np.finfo(float).eps * np.abs(X).max(initial=0.0)
     return 0.0 if np.abs(apart).max() <= rounding else float((apart**2).sum())
+
+
+def elbow(curve: Array) -> int:
+    """Find the elbow of a falling curve: the entry furthest below its chord.
+
+    Rescaling an axis cannot change it.
+
+    Parameters
+    ----------
+    curve : ndarray of shape (n_counts,)
+        A value for each count 1, 2, …
+
+    Returns
+    -------
+    int
+        The count at the elbow.
+
+    Examples
+    --------
+    >>> elbow(np.array([9.0, 4.0, 1.0, 0.9, 0.8]))
+    3
+    """
+    chord = np.linspace(curve[0], curve[-1], len(curve))
+    return int(np.argmax(chord - curve)) + 1

@@ -33,18 +33,8 @@ from typing import TYPE_CHECKING
 from press import face
 
 if TYPE_CHECKING:
-    from msc.plots._arm import (
-        plot_followed,
-        plot_poses,
-        plot_weights,
-        slide_weight,
-    )
-    from msc.plots._film import (
-        check_suffix,
-        film,
-        render,
-        side_by_side,
-    )
+    from msc.plots._arm import plot_followed, plot_poses, plot_weights, slide_weight
+    from msc.plots._film import check_suffix, film, render, side_by_side
     from msc.plots._graph import (
         plot_affinity,
         plot_clusterings,
@@ -52,23 +42,15 @@ if TYPE_CHECKING:
         slide_charts,
         slide_regularization,
     )
-    from msc.plots._manifold import (
-        plot_execution,
-        plot_manifold,
-    )
-    from msc.plots._movements import (
+    from msc.plots._manifold import plot_execution, plot_manifold, slide_execution
+    from msc.plots._search import (
         Movements,
         plot_breaks,
-        plot_tasks,
-    )
-    from msc.plots._search import (
         plot_generations,
+        plot_tasks,
         slide_generations,
     )
-    from msc.plots._skill import (
-        plot_composition,
-        plot_rivals,
-    )
+    from msc.plots._skill import plot_composition, plot_rivals, slide_predictions
     from msc.plots._study import (
         plot_curves,
         plot_elbows,
@@ -76,10 +58,7 @@ if TYPE_CHECKING:
         plot_sample_sizes,
         plot_sweep,
     )
-    from msc.plots._style import (
-        METHOD_STYLES,
-        WEIGHT_NAMES,
-    )
+    from msc.plots._style import METHOD_STYLES, WEIGHT_NAMES
     from msc.plots._tables import (
         comparison_table,
         confirmed_jumps,
@@ -92,18 +71,7 @@ if TYPE_CHECKING:
         ratio_table,
         sets_table,
     )
-    from msc.plots._task_sliders import (
-        slide_execution,
-        slide_predictions,
-    )
-    from msc.plots._timings import (
-        ROLLOUT_LIMIT,
-        cost_table,
-        load_costs,
-        plot_costs,
-    )
-    from msc.plots._world import (
-        plot_workspaces,
-    )
+    from msc.plots._timings import ROLLOUT_LIMIT, cost_table, load_costs, plot_costs
+    from msc.plots._world import plot_workspaces
 
 __all__, __getattr__, __dir__ = face(__name__, __file__)

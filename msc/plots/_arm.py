@@ -10,10 +10,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Arc, FancyArrowPatch
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from msc.plots._slider import Mark, Panel, Slider, poster
-from msc.plots._style import GOAL, TRIO, WEIGHT_NAMES, styled
+from msc.plots._style import GOAL, TRIO, WEIGHT_NAMES, Array, styled
 from msc.plots._world import (
     draw_arm,
     draw_cut,
@@ -22,19 +22,11 @@ from msc.plots._world import (
     mark_goal,
     world_panel,
 )
-from msc.robot import (
-    DMP,
-    Arm,
-    Rollout,
-    Workspace,
-    check_policies,
-    forward_kinematics,
-)
+from msc.robot import DMP, Arm, Rollout, Workspace, check_policies, forward_kinematics
 from msc.search import cost
 
 DASHES = ("-", "--", "-.", ":")
 N_HEADINGS = 4  # of the last link at the goal; each gives up to two poses
-FRAME = 3  # time steps from one picture of a film to the next: 20 pictures a second
 
 
 @styled
@@ -69,9 +61,7 @@ def plot_poses(world: Workspace, task_deg: float) -> Figure:
     return figure
 
 
-def poses_at(
-    world: Workspace, place: ArrayLike, n_headings: int
-) -> NDArray[np.float64]:
+def poses_at(world: Workspace, place: ArrayLike, n_headings: int) -> Array:
     """Find poses (rad) that put the end effector at a place, by headings of its link.
 
     An elbow to either side, for every heading that leaves the wrist within reach.
@@ -200,12 +190,12 @@ def plot_followed(
     return figure
 
 
-def _shares(dmp: DMP, times: NDArray[np.float64]) -> NDArray[np.float64]:
+def _shares(dmp: DMP, times: Array) -> Array:
     """Return the shares of the basis functions over time (s), which add up to one."""
     return dmp.forcing_basis(np.exp(-dmp.alpha * times / dmp.time_scale))
 
 
-def _towards(angle_deg: ArrayLike) -> NDArray[np.float64]:
+def _towards(angle_deg: ArrayLike) -> Array:
     """Return points at a distance of one."""
     angle = np.deg2rad(angle_deg)
     return np.stack([np.cos(angle), np.sin(angle)], axis=-1)
@@ -302,15 +292,14 @@ def slide_weight(
 
 def _arm_panel(arm: Arm, task_deg: float, rollouts: list[Rollout]) -> Panel:
     """Show the arm from above, and the way of its end effector."""
-    trail = {"width": 2.0, "opacity": 1.0}
+    world, trail = arm.workspace, {"width": 2.0, "opacity": 1.0}
     look: Any = {"colour": TRIO[0], "width": 4.0, "opacity": 0.5, "trail": trail}
-    moving = mark_arm(rollouts, arm.workspace, FRAME, **look)
+    marks = mark_goal(world, task_deg), mark_arm(rollouts, world, **look)
     alt = "The arm from above, with the goal and the way of its end effector."
-    goal = mark_goal(arm.workspace, task_deg)
-    return world_panel(alt, arm.workspace, [goal, moving])
+    return world_panel(alt, world, marks)
 
 
-def _force_panel(arm: Arm, policies: NDArray[np.float64], weight: int) -> Panel:
+def _force_panel(arm: Arm, policies: Array, weight: int) -> Panel:
     """Show the force that the weight belongs to, over time."""
     dmp = arm.dmp
     times = np.linspace(0, 1, 41)
@@ -335,7 +324,7 @@ def _force_panel(arm: Arm, policies: NDArray[np.float64], weight: int) -> Panel:
     )
 
 
-def _cost_panel(added: NDArray[np.float64], costs: NDArray[np.float64]) -> Panel:
+def _cost_panel(added: Array, costs: Array) -> Panel:
     """Show the cost over the change, with the chosen one marked."""
     points, top = np.c_[added, costs], float(costs.max())
     ends = float(added[0]), float(added[-1])

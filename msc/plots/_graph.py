@@ -20,14 +20,16 @@ from scipy.sparse.csgraph import connected_components
 from sklearn.decomposition import PCA
 
 from msc.learn import SMCE, elbow
-from msc.plots._skill import draw_by_chart, widen
+from msc.plots._skill import draw_by_chart
 from msc.plots._slider import FLAT, TASK_AXIS, Mark, Panel, Slider, choose_ticks
 from msc.plots._style import (
     CHART_COLOURS,
     TRIO,
     WEIGHT_NAMES,
+    Array,
     chart_colour,
     styled,
+    widen,
 )
 
 USED = 1e-6  # coefficients: smaller ones are not drawn
@@ -40,9 +42,7 @@ DOTS: Any = {"ms": 4, "mew": 0.3}
 
 
 @styled
-def plot_clusterings(
-    points: NDArray[np.float64], found: Mapping[str, ArrayLike]
-) -> Figure:
+def plot_clusterings(points: Array, found: Mapping[str, ArrayLike]) -> Figure:
     """Draw what several ways to cluster make of the same points.
 
     Parameters
@@ -57,10 +57,8 @@ def plot_clusterings(
     Figure
         One panel a way, points coloured and shaped by label.
     """
-    figure, axes = plt.subplots(
-        1, len(found), figsize=(7.4, 2.3), sharey=True, squeeze=False
-    )
-    for axis, (name, labels) in zip(axes.flat, found.items(), strict=True):
+    figure, axes = plt.subplots(1, len(found), figsize=(7.4, 2.3), sharey=True)
+    for axis, (name, labels) in zip(np.ravel(axes), found.items(), strict=True):
         draw_by_chart(axis, points, np.asarray(labels), **DOTS)
         axis.set(aspect="equal", title=name)
         axis.set_axis_off()
@@ -68,7 +66,7 @@ def plot_clusterings(
 
 
 @styled
-def plot_reconstruction(points: NDArray[np.float64], smce: SMCE, index: int) -> Figure:
+def plot_reconstruction(points: Array, smce: SMCE, index: int) -> Figure:
     """Draw from which neighbours a point is reconstructed, and how much each counts.
 
     Parameters
@@ -100,15 +98,13 @@ def plot_reconstruction(points: NDArray[np.float64], smce: SMCE, index: int) -> 
     plane.plot(*points[used].T, "o", color=blue, ms=8, label="used")
     plane.plot(*points[index], "k*", ms=12, label="the point")
     x, y = points[index]
-    plane.set(xlim=(x - CLOSE, x + CLOSE), ylim=(y - CLOSE, y + CLOSE))
-    plane.set(aspect="equal")
+    plane.set(xlim=(x - CLOSE, x + CLOSE), ylim=(y - CLOSE, y + CLOSE), aspect="equal")
     plane.set_axis_off()
     plane.legend(loc="upper center", ncols=3, handletextpad=0.2)
     ranks = np.arange(1, len(near) + 1)
     bars.bar(ranks, penalties, color="0.8", label="penalty $q_j$ (Eq. 4)")
     bars.plot(ranks, coef[near], "o", color=blue, label="share $|c_j|$ (Eq. 3)")
-    bars.set(xlabel="neighbours, nearest first", ylim=(0, None))
-    bars.set_xticks(ranks[::3])
+    bars.set(xlabel="neighbours, nearest first", ylim=(0, None), xticks=ranks[::3])
     bars.legend()
     return figure
 
@@ -149,9 +145,7 @@ def plot_affinity(smce: SMCE) -> Figure:
 
 
 @styled
-def plot_graph(
-    points: NDArray[np.float64], smce: SMCE, title: str, aspect: str = "equal"
-) -> Figure:
+def plot_graph(points: Array, smce: SMCE, title: str, aspect: str = "equal") -> Figure:
     """Draw points in the plane, fitted in whatever space, by chart, and their graph."""
     figure, axis = plt.subplots(figsize=(4.6, 3.4))
     _draw_edges(axis, points, edges(smce), "0.4")
@@ -168,11 +162,7 @@ def edges(smce: SMCE) -> NDArray[np.intp]:
 
 
 def slide_regularization(
-    points: NDArray[np.float64],
-    curves: NDArray[np.intp],
-    values: Sequence[float],
-    *,
-    first: int = 0,
+    points: Array, curves: NDArray[np.intp], values: Sequence[float], *, first: int = 0
 ) -> Slider:
     """Let the reader change λ, and see the graph and the charts of points in the plane.
 
@@ -215,6 +205,7 @@ def slide_regularization(
     ]
     x, y = (widen(values, MARGIN) for values in points.T)
     shape = float(np.ptp(y) / np.ptp(x))
+    near = (-CLOSE, CLOSE), (-CLOSE * shape, CLOSE * shape)
     alt = "Points on two curves, coloured by chart, with the edges of their graph"
     return Slider(
         name="regularisation λ",
@@ -222,29 +213,18 @@ def slide_regularization(
         captions=captions,
         panels=[
             Panel(f"{alt}.", x, y, marks, aspect=shape),
-            Panel(
-                f"{alt}, where the curves come nearest.",
-                (-CLOSE, CLOSE),
-                (-CLOSE * shape, CLOSE * shape),
-                marks,
-                aspect=shape,
-            ),
+            Panel(f"{alt}, where the curves come nearest.", *near, marks, aspect=shape),
         ],
         poster=plot_graph(points, fits[first], f"λ = {values[first]:g}"),
         poster_alt=f"{alt}. {captions[first]}",
         first=first,
-        seconds=6.0,
         walks=True,
         legend=_legend(2) | {"edge between the curves": ACROSS},
     )
 
 
 def slide_charts(
-    tasks: NDArray[np.float64],
-    policies: NDArray[np.float64],
-    weight: int,
-    *,
-    first: int = 4,
+    tasks: Array, policies: Array, weight: int, *, first: int = 4
 ) -> Slider:
     """Let the reader change the number of charts.
 
@@ -274,6 +254,8 @@ def slide_charts(
     plane = PCA(2).fit_transform(policies)
     plane *= np.sign(plane[np.abs(plane).argmax(axis=0), [0, 1]])
     graph = plane[edges(fits[0])].reshape(-1, 2)
+    marks = [Mark("segments", graph, width=1.0, opacity=0.4)]
+    marks += _chart_dots(plane, labels, n_counts)
     degrees, values = np.rad2deg(tasks[:, 0]), policies[:, weight]
     span, picked = widen(values, MARGIN), elbow(curve)
     across, along = (widen(places, MARGIN) for places in plane.T)
@@ -289,15 +271,7 @@ def slide_charts(
         labels=[f"{count} charts" for count in counts],
         captions=captions,
         panels=[
-            Panel(
-                f"{alt}, with the edges of their graph.",
-                across,
-                along,
-                [
-                    Mark("segments", graph, width=1.0, opacity=0.4),
-                    *_chart_dots(plane, labels, n_counts),
-                ],
-            ),
+            Panel(f"{alt}, with the edges of their graph.", across, along, marks),
             Panel(
                 "One policy weight over the task angle, coloured by chart.",
                 (0, 360),
@@ -313,22 +287,20 @@ def slide_charts(
         poster=plot_graph(plane, fits[first - 1], f"{first} charts", "auto"),
         poster_alt=f"{alt}. {captions[first - 1]}",
         first=first - 1,
-        seconds=6.0,
         walks=True,
         legend=_legend(n_counts),
     )
 
 
 def _draw_edges(
-    axis: Axes, points: NDArray[np.float64], pairs: NDArray[np.intp], colour: str
+    axis: Axes, points: Array, pairs: NDArray[np.intp], colour: str
 ) -> None:
     """Draw lines between pairs of points."""
-    axis.add_collection(
-        LineCollection(list(points[pairs]), colors=colour, linewidths=1.2, zorder=1)
-    )
+    look: Any = {"colors": colour, "linewidths": 1.2, "zorder": 1}
+    axis.add_collection(LineCollection(list(points[pairs]), **look))
 
 
-def _elbow_panel(curve: NDArray[np.float64], n_counts: int) -> Panel:
+def _elbow_panel(curve: Array, n_counts: int) -> Panel:
     """Show the squares within charts over the number of charts, as shares of one's."""
     points = np.c_[np.arange(1, len(curve) + 1), curve / curve[0]]
     return Panel(
@@ -349,10 +321,7 @@ def _elbow_panel(curve: NDArray[np.float64], n_counts: int) -> Panel:
 
 
 def _chart_dots(
-    points: NDArray[np.float64],
-    labels: Sequence[NDArray[np.intp]],
-    n_charts: int,
-    width: float = 3.0,
+    points: Array, labels: Sequence[NDArray[np.intp]], n_charts: int, width: float = 3.0
 ) -> list[Mark]:
     """Place a mark of dots a chart, one shape a step."""
     return [

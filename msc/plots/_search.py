@@ -1,24 +1,43 @@
-"""How a search converges: what its generations do, and what that costs."""
+"""Searches: how one converges, and the movements that many have found.
+
+`Movements` has what the policy of each task of a table does, and how far neighbours are
+apart.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import cached_property
+from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
+import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from msc.data import find_jumps, load_dataset
 from msc.plots._slider import FLAT, Mark, Panel, Slider, choose_ticks, poster
-from msc.plots._style import TRIO, WEIGHT_NAMES, styled
-from msc.plots._world import draw_world, mark_goal, square_around, world_panel
-from msc.robot import Workspace, forward_kinematics
-from msc.search import SearchTrace
+from msc.plots._style import SMALL, TRIO, WEIGHT_NAMES, Array, styled, widen
+from msc.plots._world import (
+    bounds_of,
+    draw_links,
+    draw_world,
+    mark_goal,
+    place_arm,
+    square_around,
+    world_panel,
+)
+from msc.robot import Arm, Circle, Workspace, clearance, forward_kinematics
+from msc.search import SearchTrace, cost
+from msc.study import take_evenly
 
 STARTS = (TRIO[1], TRIO[0], TRIO[2], "0.3", "0.5", "0.7")
 N_STEPS = 40  # of the slider: every early generation, then ever fewer
 EVERY = 2  # time steps from one point of a path to the next
+CONTACT = 0.001  # m; an arm that came this close to an obstacle touched it
+SIDES = TRIO[:2]  # of a break: before, after
 
 
 @styled
@@ -94,10 +113,9 @@ def slide_generations(
     spaced = np.geomspace(1, n_generations, N_STEPS).round().astype(int)
     steps = np.unique(np.r_[1 : min(13, n_generations + 1), spaced]) - 1
     order = trace.costs[steps].argsort(axis=1)  # the cheapest first
-    policies = np.take_along_axis(trace.policies[steps], order[..., None], axis=1)
-    costs = np.take_along_axis(trace.costs[steps], order, axis=1)
-    joints = trace.joints[steps, :, ::EVERY]
-    joints = np.take_along_axis(joints, order[..., None, None], axis=1)
+    ranked = steps[:, None], order
+    policies, costs = trace.policies[ranked], trace.costs[ranked]
+    joints = trace.joints[ranked][:, :, ::EVERY]
     places = forward_kinematics(joints, workspace.link_lengths)
     left = places[:, 0, -1, -1] - workspace.target(task_deg)
     error_cm = 100 * np.linalg.norm(left, axis=-1)
@@ -118,44 +136,33 @@ def slide_generations(
         ],
         poster=_draw_step(workspace, task_deg, trace, int(steps[0])),
         poster_alt=f"The ways of the end effector. {captions[0]}",
-        seconds=6.0,
         walks=True,
         legend={"nine policies": STARTS[0], "the cheapest": "currentColor"},
     )
 
 
-def _movements_panel(
-    workspace: Workspace, task_deg: float, places: NDArray[np.float64]
-) -> Panel:
+def _movements_panel(workspace: Workspace, task_deg: float, places: Array) -> Panel:
     """Show the ways of the end effector, and the cheapest policy's arm at the end."""
     home = forward_kinematics(workspace.home, workspace.link_lengths)
-    paths = places[:, :, :, -1]
+    best, *others = places[..., -1, :].swapaxes(0, 1)
+    look: Any = {"colour": STARTS[0], "width": 1.5}
     marks = [
         mark_goal(workspace, task_deg),
         Mark("line", home, width=6.0, opacity=0.15),
         Mark("line", places[:, 0, -1], "step", width=6.0, opacity=0.4),
-        *(
-            Mark("line", paths[:, rank], "step", colour=STARTS[0], width=1.5)
-            for rank in range(1, paths.shape[1])
-        ),
-        Mark("line", paths[:, 0], "step", width=2.5),
+        *(Mark("line", paths, "step", **look) for paths in others),
+        Mark("line", best, "step", width=2.5),
     ]
     alt = "Nine ways of the end effector from above, and the arm at the best one's end."
     return world_panel(alt, workspace, marks, square_around(workspace, places))
 
 
-def _costs_panel(
-    trace: SearchTrace, steps: NDArray[np.intp], costs: NDArray[np.float64]
-) -> Panel:
+def _costs_panel(trace: SearchTrace, steps: NDArray[np.intp], costs: Array) -> Panel:
     """Show the costs over the rollouts, the chosen generation's marked."""
-    n_policies = trace.costs.shape[1]
     low, high = np.log10(trace.costs.min()), np.log10(trace.costs.max())
     spent = trace.evaluations / 1000
-    every = np.c_[np.repeat(spent, n_policies), np.log10(trace.costs).ravel()]
-    here = [
-        np.c_[np.full(n_policies, spent[step]), np.log10(some)]
-        for step, some in zip(steps, costs, strict=True)
-    ]
+    every = np.c_[np.repeat(spent, trace.costs.shape[1]), np.log10(trace.costs).ravel()]
+    here = np.stack(np.broadcast_arrays(spent[steps, None], np.log10(costs)), axis=-1)
     digits = (1,) if high - low > 1.5 else (1, 2, 5)
     ticks = [k * 10.0**power for power in range(-4, 4) for k in digits]
     ticks = [tick for tick in ticks if low <= np.log10(tick) <= high]
@@ -167,7 +174,7 @@ def _costs_panel(
             Mark("dots", every, colour=STARTS[0], width=1.0, opacity=0.3),
             Mark("line", np.c_[spent, np.log10(trace.best_costs)], opacity=0.6),
             Mark("dots", here, "step", colour=STARTS[0], width=3.5),
-            Mark("dots", [some[:1] for some in here], "step", width=4.5),
+            Mark("dots", here[:, :1], "step", width=4.5),
         ],
         aspect=FLAT,
         x_label="rollouts (thousands)",
@@ -178,18 +185,16 @@ def _costs_panel(
     )
 
 
-def _weights_panel(trace: SearchTrace, policies: NDArray[np.float64]) -> Panel:
+def _weights_panel(trace: SearchTrace, policies: Array) -> Panel:
     """Show the two weights that vary most over all that was tried."""
     tried = trace.policies.reshape(-1, trace.policies.shape[-1])
     across, up = np.sort(np.argsort(tried.std(axis=0))[-2:])
     plane = [across, up]
-    low, high = tried[:, plane].min(axis=0), tried[:, plane].max(axis=0)
-    margin = 0.05 * (high - low)
-    (left, bottom), (right, top) = low - margin, high + margin
+    x, y = (widen(values, 0.05) for values in tried[:, plane].T)
     return Panel(
         "Two weights of the policies, those of the chosen generation marked.",
-        (float(left), float(right)),
-        (float(bottom), float(top)),
+        x,
+        y,
         [
             Mark("dots", tried[:, plane], colour=STARTS[0], width=1.0, opacity=0.3),
             Mark("dots", policies[..., plane], "step", colour=STARTS[0], width=3.5),
@@ -198,8 +203,8 @@ def _weights_panel(trace: SearchTrace, policies: NDArray[np.float64]) -> Panel:
         aspect=FLAT,
         x_label=f"policy weight {WEIGHT_NAMES[across]}",
         y_label=f"policy weight {WEIGHT_NAMES[up]}",
-        x_ticks=choose_ticks(left, right),
-        y_ticks=choose_ticks(bottom, top),
+        x_ticks=choose_ticks(*x),
+        y_ticks=choose_ticks(*y),
     )
 
 
@@ -257,3 +262,233 @@ def _draw_costs(axis: Axes, trace: SearchTrace, colour: str) -> None:
     axis.plot(every, trace.costs.ravel(), ".", ms=1.5, alpha=0.25, color=colour)
     axis.plot(spent, trace.best_costs, color=colour, lw=2, label=trace.run.name)
     axis.plot(spent[-1], trace.best_costs[-1], "o", ms=5, color=colour, mec="white")
+
+
+class Movements:
+    """What the arm does for each task of a table.
+
+    Parameters
+    ----------
+    name : {"free", "obstacles"}
+        The workspace and its table.
+
+    Attributes
+    ----------
+    workspace : Workspace
+        Where the movements take place.
+    degrees : ndarray of shape (n_tasks,)
+        Task angles, ascending (degrees).
+    rollouts : list of Rollout
+        What the policy of each task does.
+    jumps : ndarray of int
+        Indices of tasks after which the policies jump, the circle cut open.
+
+    Examples
+    --------
+    >>> free = Movements("free")
+    >>> len(free.rollouts) == len(free.degrees) == len(free.gaps)
+    True
+    """
+
+    def __init__(self, name: str) -> None:
+        self.workspace = Workspace.named(name)
+        dataset = load_dataset(name)
+        self._tasks, policies, _ = dataset
+        self.degrees = dataset.task_deg
+        self.jumps = find_jumps(self._tasks, policies)
+        with Arm(self.workspace) as arm:
+            self.rollouts = arm.execute_many(policies, self.degrees.tolist())
+
+    @cached_property
+    def places(self) -> Array:
+        """Base, joints and end effector (m), of shape (n_tasks, n_steps + 1, 4, 2)."""
+        return place_arm(self.rollouts, self.workspace)
+
+    @property
+    def gaps(self) -> Array:
+        """How far each movement is from the next task's (m), of shape (n_tasks,).
+
+        The farthest that any joint, or the end effector, is from where it is in the
+        other movement at the same time. The last task's next is the first.
+        """
+        apart = np.roll(self.places, -1, axis=0) - self.places
+        return np.asarray(np.linalg.norm(apart, axis=-1).max(axis=(1, 2)))
+
+    @property
+    def breaks(self) -> list[tuple[int, int]]:
+        """Indices of the tasks on both sides of each jump and, last, of the cut."""
+        last = len(self.degrees) - 1
+        return [(int(k), int(k) + 1) for k in self.jumps] + [(last, 0)]
+
+    @property
+    def unbroken(self) -> Array:
+        """The `gaps` elsewhere (m): without those of the jumps and of the cut."""
+        return np.delete(self.gaps, [*self.jumps, len(self.degrees) - 1])
+
+    @property
+    def bounds(self) -> tuple[Array, Array]:
+        """Lower and upper bounds of all that moves or stands here, x and y (m)."""
+        low, high = bounds_of(self.workspace.circles, self.places)
+        return low - 0.03, high + 0.03
+
+    def evenly(self, n_tasks: int) -> list[int]:
+        """Pick tasks evenly spaced over the circle.
+
+        Parameters
+        ----------
+        n_tasks : int
+            How many.
+
+        Returns
+        -------
+        list of int
+            Their indices.
+
+        Raises
+        ------
+        ValueError
+            If there are fewer.
+        """
+        return [int(index) for index in take_evenly(self._tasks, n_tasks)]
+
+    def touched(self, index: int) -> list[Circle]:
+        """Find the obstacles that the arm touched.
+
+        Parameters
+        ----------
+        index : int
+            Which task.
+
+        Returns
+        -------
+        list of Circle
+            The obstacles.
+        """
+        return [
+            circle
+            for circle in self.workspace.circles
+            if self.rollouts[index].touched
+            and clearance(self.places[index], circle).min() < circle.radius + CONTACT
+        ]
+
+    def compare(self) -> pd.DataFrame:
+        """Compare the movements on both sides of each jump and, last, of the cut.
+
+        Returns
+        -------
+        DataFrame
+            One row a break: the largest distance between the two movements (cm), see
+            `gaps`; the cost before and after; whether the arm touched an obstacle; and
+            the larger of the distances that were left to the goals (cm).
+        """
+        rows = {}
+        for pair in self.breaks:
+            before, after = (self.rollouts[index] for index in pair)
+            rows[" | ".join(f"{self.degrees[index]:g}°" for index in pair)] = {
+                "apart (cm)": 100 * self.gaps[pair[0]],
+                "cost before": cost(before),
+                "cost after": cost(after),
+                "touched before": before.touched,
+                "touched after": after.touched,
+                "missed by (cm)": 100 * max(before.error, after.error),
+            }
+        return pd.DataFrame.from_dict(rows, orient="index").rename_axis("tasks")
+
+
+@styled
+def plot_tasks(
+    movements: Movements, indices: Sequence[int], *, n_poses: int = 6
+) -> Figure:
+    """Draw movements in a grid, four in a row.
+
+    Parameters
+    ----------
+    movements : Movements
+        The movements.
+    indices : sequence of int
+        Which tasks.
+    n_poses : int, default=6
+        Poses in a panel, evenly spaced in time.
+
+    Returns
+    -------
+    Figure
+        One panel a task: poses from pale to dark, the way of the end effector blue,
+        the goal a red ring, obstacles black, those touched with an orange rim.
+    """
+    figure, axes = _lay_out(len(indices), 4, 1.85, 2.05)
+    for axis, index in zip(axes, indices, strict=False):
+        _draw_movement(axis, movements, index, colour=SIDES[0], n_poses=n_poses)
+        axis.set_title(f"{movements.degrees[index]:g}°", pad=2)
+    return figure
+
+
+@styled
+def plot_breaks(
+    movements: Movements, breaks: Sequence[tuple[int, int]], *, n_poses: int = 6
+) -> Figure:
+    """Draw the movements on both sides of breaks next to each other.
+
+    Parameters
+    ----------
+    movements : Movements
+        The movements.
+    breaks : sequence of tuple of int
+        Indices of the two tasks of each, see `Movements.breaks`.
+    n_poses : int, default=6
+        Poses in a panel, evenly spaced in time.
+
+    Returns
+    -------
+    Figure
+        Two panels a break, drawn as by `plot_tasks`: the way of the end effector blue
+        before and orange after it, and dotted in the other's panel. One break in a
+        row, or two if there are more than five.
+    """
+    n_columns, width = (2, 3.1) if len(breaks) <= 5 else (4, 1.85)
+    figure, axes = _lay_out(2 * len(breaks), n_columns, width, width + 0.1)
+    for panels, pair in zip(axes.reshape(-1, 2), breaks, strict=False):
+        for k, axis in enumerate(panels):
+            other = movements.rollouts[pair[1 - k]].path
+            axis.plot(*other.T, ":", color=SIDES[1 - k], lw=1.3)
+            _draw_movement(axis, movements, pair[k], colour=SIDES[k], n_poses=n_poses)
+            axis.set_title(_caption(movements, pair[k]), pad=3, fontsize=SMALL)
+    return figure
+
+
+def _lay_out(
+    n_panels: int, n_columns: int, width: float, height: float
+) -> tuple[Figure, NDArray[Any]]:
+    """Make panels of one size (inches), row by row; those of the last may be empty."""
+    n_rows = -(-n_panels // n_columns)
+    size = n_columns * width, n_rows * height
+    figure, axes = plt.subplots(n_rows, n_columns, figsize=size, squeeze=False)
+    for axis in axes.flat[n_panels:]:
+        axis.set_axis_off()
+    return figure, axes.ravel()
+
+
+def _draw_movement(
+    axis: Axes, movements: Movements, index: int, *, colour: str, n_poses: int
+) -> None:
+    """Draw poses of one movement, evenly spaced in time, and the end effector's way."""
+    world, path = movements.workspace, movements.rollouts[index].path
+    steps = np.linspace(0, len(path) - 1, n_poses).round().astype(int)
+    greys = np.linspace(0.86, 0.30, n_poses)
+    for order, (step, grey) in enumerate(zip(steps, greys, strict=True)):
+        look: Any = {"color": str(grey), "zorder": 2 + order / n_poses}
+        joints: Any = {"mfc": "white", "mec": None, "ms": 2.8, "mew": 0.8, **look}
+        draw_links(axis, movements.places[index, step], {"lw": 2.8, **look}, **joints)
+    axis.plot(*path.T, color=colour, lw=1.8, zorder=4)
+    axis.plot(*path[steps].T, "o", color=colour, ms=3.2, zorder=4)
+    task_deg, touched = movements.degrees[index], movements.touched(index)
+    draw_world(axis, world, task_deg, view="movement", touched=touched)
+    low, high = movements.bounds
+    axis.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]))
+
+
+def _caption(movements: Movements, index: int) -> str:
+    """Say what task this is, what it costs, and whether an obstacle was touched."""
+    rollout = movements.rollouts[index]
+    contact = "contact" if rollout.touched else "no contact"
+    return f"{movements.degrees[index]:g}°\ncost {cost(rollout):.3f}, {contact}"

@@ -1,13 +1,13 @@
-"""What skills and other learners make of tasks: regressions, the gate, a movement.
+"""What skills and other learners make of tasks: regressions, the gate, movements.
 
 A skill's charts have their own colours; a learner without charts has its method's.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -17,46 +17,52 @@ from matplotlib.patches import ConnectionPatch
 from numpy.typing import ArrayLike, NDArray
 
 from msc.learn import ParameterizedSkill
+from msc.plots._slider import TASK_AXIS, Mark, Panel, Slider, poster
 from msc.plots._style import (
     COLOURS,
     GOAL,
     METHOD_STYLES,
     SMALL,
     WEIGHT_LABELS,
+    WEIGHT_NAMES,
+    Array,
     chart_colour,
     chart_marker,
     styled,
+    widen,
 )
-from msc.plots._world import draw_arm, draw_world
-from msc.robot import Rollout, Workspace
+from msc.plots._world import (
+    FRAME,
+    draw_arm,
+    draw_world,
+    mark_arm,
+    mark_goal,
+    world_panel,
+)
+from msc.robot import Arm, Rollout, Workspace
 
 DENSE = np.linspace(0, 2 * np.pi, 721, endpoint=False)[:, None]  # tasks (rad)
 STAR: dict[str, Any] = {"color": GOAL, "ms": 13, "mec": "white"}  # of a new task
 
-Array = NDArray[np.float64]
 
+def predict_curves(
+    learner: Any, weight: int, tasks: Array = DENSE
+) -> Iterator[tuple[int, Array, Array, Array]]:
+    """Predict a weight over many tasks (rad), cut where the gate's chart changes.
 
-class Curve(NamedTuple):
-    """One weight over a stretch of tasks that one regression predicts."""
-
-    chart: int
-    degrees: Array
-    mean: Array
-    std: Array  # the policies' noise included; zeros if it is not known
-
-
-def predict_curves(learner: Any, weight: int, tasks: Array = DENSE) -> Iterator[Curve]:
-    """Predict a weight over many tasks (rad), cut where the gate's chart changes."""
+    A piece is its chart, the tasks (degrees), means, and standard deviations with the
+    policies' noise, zeros if that is not known.
+    """
     if isinstance(learner, ParameterizedSkill):
         gate = learner.predict_chart(tasks)
         mean, std = learner.predict(tasks, return_std=True)
     else:  # others have no band in these units
         gate, mean = np.zeros(len(tasks), int), learner.predict(tasks)
         std = np.zeros_like(mean)
-    degrees = np.rad2deg(tasks[:, 0])
+    found = np.rad2deg(tasks[:, 0]), mean[:, weight], std[:, weight]
     for piece in np.split(np.arange(len(gate)), np.flatnonzero(np.diff(gate)) + 1):
-        found = mean[piece, weight], std[piece, weight]
-        yield Curve(int(gate[piece[0]]), degrees[piece], *found)
+        degrees, means, stds = (some[piece] for some in found)
+        yield int(gate[piece[0]]), degrees, means, stds
 
 
 def draw_regression(
@@ -92,14 +98,10 @@ def draw_by_chart(
 ) -> None:
     """Draw points in the colours and with the markers of their charts."""
     for chart in np.unique(charts):
-        axis.plot(
-            *points[charts == chart].T,
-            chart_marker(chart),
-            color=chart_colour(chart),
-            alpha=1.0 if only in (None, chart) else 0.4,
-            label=f"chart {chart + 1}",
-            **{"mec": "white", **look},
-        )
+        here, pale = points[charts == chart], 1.0 if only in (None, chart) else 0.4
+        looks: Any = {"label": f"chart {chart + 1}", "mec": "white", **look}
+        looks |= {"color": chart_colour(chart), "alpha": pale}
+        axis.plot(*here.T, chart_marker(chart), **looks)
 
 
 def draw_charts(
@@ -117,17 +119,11 @@ def draw_charts(
     axis.set_ylim(*widen(values, 0.25))
 
 
-def widen(values: Array, share: float) -> tuple[float, float]:
-    """Return bounds of values with a share of their range added at either end."""
-    margin = share * np.ptp(values)
-    return float(values.min() - margin), float(values.max() + margin)
-
-
 @styled
 def plot_rivals(
     learners: Mapping[str, Any],
-    tasks: NDArray[np.float64],
-    policies: NDArray[np.float64],
+    tasks: Array,
+    policies: Array,
     *,
     chosen: NDArray[np.intp],
     weight: int,
@@ -295,3 +291,182 @@ def _join(figure: Figure, one: Axes, here: Any, two: Axes, there: Any) -> None:
     )
     arrow.set_in_layout(False)
     figure.add_artist(arrow)
+
+
+def slide_predictions(
+    learners: Mapping[str, Any],
+    tasks: ArrayLike,
+    policies: ArrayLike,
+    *,
+    arm: Arm,
+    degrees: ArrayLike,
+    weight: int,
+    first_deg: float = 180.0,
+) -> Slider:
+    """Let the reader drag a task and see what learners predict and the arm does.
+
+    Parameters
+    ----------
+    learners : mapping from str to estimator
+        Fitted, by the names of methods; the first is a skill with charts.
+    tasks : array_like of shape (n_tasks, 1)
+        What they were trained on (rad).
+    policies : array_like of shape (n_tasks, n_params)
+        Their policies.
+    arm : Arm
+        What executes the predictions.
+    degrees : array_like of shape (n_steps,)
+        The tasks on the slider (degrees).
+    weight : int
+        The policy dimension that is drawn.
+    first_deg : float, default=180.0
+        The slider's first task is the one nearest to this (degrees).
+
+    Returns
+    -------
+    Slider
+        Three panels: the arm, with goals in the colours of their charts; the weight
+        over the tasks; the distances that are left.
+    """
+    world, skill = arm.workspace, next(iter(learners.values()))
+    angles = np.asarray(degrees, dtype=float)
+    asked = np.deg2rad(angles)[:, None]
+    trained = np.rad2deg(tasks)[:, 0]
+    # From back to front: the first is to be seen.
+    found = {name: learners[name].predict(asked) for name in [*learners][::-1]}
+    rollouts, error_cm = execute_all(arm, found, angles)
+    opening = "Task {:g}°: chart {}. Ends from the goal: "
+    told = {name: error_cm[name] for name in learners}
+    captions = tell_ends(opening, angles, skill.predict_chart(asked), told)
+    first = int(np.abs(angles - first_deg).argmin())
+    ends = {name: some[first] for name, some in rollouts.items()}
+    marks = _mark_by_chart(world.target(trained), skill)
+    marks.append(mark_goal(world, angles, "ring", radius=0.05, width=3.0))
+    for name, some in rollouts.items():
+        marks.append(mark_arm(some, world, 2 * FRAME, colour=COLOURS[name], width=3.0))
+    alt = "The arm from above, goals coloured by chart, the goal, and the movements."
+    points = np.c_[trained, np.asarray(policies)[:, weight]]
+    return Slider(
+        name="task angle",
+        labels=[f"{angle:g} degrees" for angle in angles],
+        captions=captions,
+        panels=[
+            world_panel(alt, world, marks),
+            _predicted_panel(angles, skill, points, found, weight),
+            _missed_panel(angles, error_cm),
+        ],
+        poster=_draw_predicted(world, angles[first], ends),
+        poster_alt=f"The arm at the end of predicted movements: {captions[first]}",
+        first=first,
+        legend={name: COLOURS[name] for name in learners},
+    )
+
+
+def _mark_by_chart(points: Array, skill: ParameterizedSkill) -> list[Mark]:
+    """Mark a skill's training tasks in the colours of their charts."""
+    return [
+        Mark("dots", points[skill.charts_ == k], colour=chart_colour(k), width=4.0)
+        for k in range(skill.n_charts_)
+    ]
+
+
+def _predicted_panel(
+    degrees: Array,
+    skill: ParameterizedSkill,
+    points: Array,
+    found: Mapping[str, Array],
+    weight: int,
+) -> Panel:
+    """Show the skill's curves and bands by chart, and all predictions for the task."""
+    values = points[:, 1]
+    low, high = widen(values, 0.25)
+    curves = []
+    for chart, angles, mean, std in predict_curves(skill, weight, DENSE):
+        for sign, opacity, width in ((-2, 0.35, 1.0), (2, 0.35, 1.0), (0, 1.0, 2.5)):
+            edge = np.c_[angles, np.clip(mean + sign * std, low, high)][::3]
+            look: Any = {"colour": chart_colour(chart), "opacity": opacity}
+            curves.append(Mark("line", edge, width=width, **look))
+    inside = {n: np.clip(one[:, weight], low, high) for n, one in found.items()}
+    return task_panel(
+        "One policy weight over the task angle: a curve with its band for every chart.",
+        (low, high),
+        degrees,
+        inside,
+        still=[*curves, *_mark_by_chart(points, skill)],
+        width=5.5,
+        y_label="policy weight " + WEIGHT_NAMES[weight],
+        y_ticks=(round(float(values.min())), 0, round(float(values.max()))),
+    )
+
+
+def _missed_panel(degrees: Array, error_cm: Mapping[str, Array]) -> Panel:
+    """Show how far from the goal the movements end, over the tasks."""
+    top = 1.05 * max(float(left.max()) for left in error_cm.values())
+    half = float(f"{top / 2:.1g}")
+    return task_panel(
+        "How far from the goal the movements end, over the task angle.",
+        (0, top),
+        degrees,
+        error_cm,
+        width=5.0,
+        dashes={},
+        y_label="left to the goal (cm)",
+        y_ticks=(0, half, 2 * half) if 2 * half <= top else (0, half),
+    )
+
+
+@poster
+def _draw_predicted(
+    axis: Axes, world: Workspace, task_deg: float, rollouts: Mapping[str, Rollout]
+) -> None:
+    """Draw movements and the poses at their ends."""
+    draw_world(axis, world, task_deg)
+    for name, rollout in rollouts.items():
+        colour, dashes = COLOURS[name], METHOD_STYLES[name]["ls"]
+        draw_arm(axis, world, rollout.joints[-1], lw=3, color=colour)
+        axis.plot(*rollout.path.T, color=colour, ls=dashes, label=name)
+    axis.legend(loc="lower right")
+
+
+def execute_all(
+    arm: Arm, policies: Mapping[str, Array], degrees: Array
+) -> tuple[dict[str, list[Rollout]], dict[str, Array]]:
+    """Execute policies for each task: what the arm did, and its final errors (cm)."""
+    angles = degrees.tolist()
+    done = {name: arm.execute_many(some, angles) for name, some in policies.items()}
+    return done, {n: np.array([100 * one.error for one in done[n]]) for n in done}
+
+
+def tell_ends(
+    opening: str, degrees: Array, charts: Array, error_cm: Mapping[str, Array]
+) -> list[str]:
+    """Say for every task its chart, and how far from the goal the movements end."""
+    steps = zip(*error_cm.values(), strict=True)
+    ends = [map("{} {:.2f} cm".format, error_cm, some) for some in steps]
+    tasks = zip(degrees, charts + 1, ends, strict=True)
+    return [opening.format(angle, k) + ", ".join(end) for angle, k, end in tasks]
+
+
+def task_panel(
+    alt: str,
+    y: tuple[float, float],
+    degrees: Array,
+    values: Mapping[str, Array],
+    *,
+    still: Sequence[Mark] = (),
+    width: float,
+    dashes: Mapping[str, tuple[float, ...]] | None = None,
+    **axes: Any,
+) -> Panel:
+    """Show methods' values over the tasks, those of the chosen task as dots.
+
+    An upright line is where that is; with `dashes` all of a method's values are a line.
+    """
+    places = np.stack([degrees, 0 * degrees], axis=1)[:, None]
+    marks = [*still, Mark("upright", places, "step", width=1.0, opacity=0.5)]
+    for name, some in values.items():
+        points, colour = np.stack([degrees, some], axis=1), COLOURS[name]
+        if dashes is not None:
+            marks.append(Mark("line", points, colour=colour, dash=dashes.get(name, ())))
+        marks.append(Mark("dots", points[:, None], "step", colour=colour, width=width))
+    return Panel(alt, (0, 360), y, marks, **TASK_AXIS, **axes)

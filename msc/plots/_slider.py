@@ -28,6 +28,7 @@ from msc.plots._style import styled
 
 SCALE = 1000  # of coordinates, relative to a panel's width: as fine as a screen
 DEPTHS = {"never": 0, "step": 1, "time": 2}  # of lists of points
+SECONDS = {False: 2.2, True: 6.0}  # that a film takes, and a walk
 FLAT = 0.6  # height over width of the panels beside the arm
 TASK_AXIS: dict[str, Any] = {
     "x_label": "task angle (degrees)",
@@ -39,120 +40,48 @@ _SCRIPT = Path(__file__).with_name("slider.js")
 
 @dataclass(frozen=True)
 class Mark:
-    """Something drawn.
+    """Something drawn, in the panel's units; looks are in pixels."""
 
-    Parameters
-    ----------
-    kind : {"line", "segments", "dots", "disc", "ring", "upright"}
-        A line through the points, lines between pairs of them, dots of a fixed size,
-        circles of a radius, or vertical lines.
-    points : array_like
-        Of shape (n_points, 2) if `varies` is "never"; one such array a step if it is
-        "step"; one a step and moment if it is "time".
-    varies : {"never", "step", "time"}, default="never"
-        What it follows.
-    colour : str, default="ink"
-        CSS colour; "ink" is the page's own, light or dark.
-    width : float, default=1.5
-        Of lines, or the radius of dots (pixels).
-    radius : float, default=0.0
-        Of discs and rings, in the panel's units.
-    opacity : float, default=1.0
-        From 0 to 1.
-    dash : tuple of float, default=()
-        Lengths of dashes and gaps (pixels).
-    trail : dict or None, default=None
-        Looks of the way that the last point went, of a mark that varies with time.
-    """
-
-    kind: str
-    points: Any
-    varies: str = "never"
-    colour: str = "ink"
-    width: float = 1.5
-    radius: float = 0.0
+    kind: str  # line, segments (pairs of points), dots, disc, ring or upright (a line)
+    points: Any  # of shape (n_points, 2); one such a step; or one a step and moment,
+    varies: str = "never"  # as this is "never", "step" or "time"
+    colour: str = "ink"  # of CSS; "ink" is the page's own, light or dark
+    width: float = 1.5  # of lines, or the radius of dots
+    radius: float = 0.0  # of discs and rings, in the panel's units
     opacity: float = 1.0
-    dash: tuple[float, ...] = ()
-    trail: dict[str, Any] | None = None
+    dash: tuple[float, ...] = ()  # lengths of dashes and gaps
+    trail: dict[str, Any] | None = None  # looks of the way the last point went in time
 
 
 @dataclass(frozen=True)
 class Panel:
-    """A canvas with its axes and marks.
+    """A canvas with its axes and marks."""
 
-    Parameters
-    ----------
-    alt : str
-        What it shows, for those who do not see it.
-    x, y : tuple of float
-        Where the axes begin and end.
-    marks : sequence of Mark
-        What is drawn, from back to front.
-    aspect : float, default=1.0
-        Height over width.
-    x_label, y_label : str, default=""
-        Names of the axes; none are drawn without `x_label`.
-    x_ticks, y_ticks : tuple of float, default=()
-        Where they are marked.
-    y_names : tuple of str, default=()
-        What is written there, as on a logarithmic axis; by default the numbers.
-    """
-
-    alt: str
-    x: tuple[float, float]
+    alt: str  # what it shows, for those who do not see it
+    x: tuple[float, float]  # where the axes begin and end
     y: tuple[float, float]
-    marks: Sequence[Mark]
-    aspect: float = 1.0
-    x_label: str = ""
+    marks: Sequence[Mark]  # from back to front
+    aspect: float = 1.0  # height over width
+    x_label: str = ""  # without it no axes are drawn
     y_label: str = ""
     x_ticks: tuple[float, ...] = ()
     y_ticks: tuple[float, ...] = ()
-    y_names: tuple[str, ...] = ()
+    y_names: tuple[str, ...] = ()  # as on a logarithmic axis; by default the numbers
 
 
 @dataclass(frozen=True)
 class Slider:
-    """Panels beside one another over a slider.
+    """Panels beside one another over a slider."""
 
-    Parameters
-    ----------
-    name : str
-        What the slider sets, as "task angle".
-    labels : sequence of str
-        Its value at each step, with the unit.
-    captions : sequence of str
-        What is said below the panels, step by step.
-    panels : sequence of Panel
-        What is drawn.
-    poster : Figure
-        The picture in place of it.
-    poster_alt : str
-        What that shows.
-    first : int, default=0
-        Where the slider is at first.
-    seconds : float, default=2.2
-        How long a film takes.
-    walks : bool, default=False
-        Whether **Play** walks through the steps, instead of the film of one step.
-    legend : dict of str to str, optional
-        Colours by name.
-
-    Raises
-    ------
-    ValueError
-        If a mark has not as many shapes as the slider has steps.
-    """
-
-    name: str
-    labels: Sequence[str]
-    captions: Sequence[str]
+    name: str  # what the slider sets, as "task angle"
+    labels: Sequence[str]  # its value at each step, with the unit
+    captions: Sequence[str]  # what is said below the panels, step by step
     panels: Sequence[Panel]
-    poster: Figure
-    poster_alt: str
-    first: int = 0
-    seconds: float = 2.2
-    walks: bool = False
-    legend: dict[str, str] = field(default_factory=dict)
+    poster: Figure  # the picture in place of it
+    poster_alt: str  # what that shows
+    first: int = 0  # where the slider is at first
+    walks: bool = False  # **Play** walks through the steps, not through a step's film
+    legend: dict[str, str] = field(default_factory=dict)  # colours by name
 
     def __post_init__(self) -> None:
         """Refuse what would fail in the page only."""
@@ -221,9 +150,14 @@ class Slider:
 
     def _data(self) -> dict[str, Any]:
         """Return what the script reads."""
-        fields = "n_times", "seconds", "walks", "labels", "captions"
-        data = {name: getattr(self, name) for name in fields}
-        return data | {"panels": [_describe(panel) for panel in self.panels]}
+        return {
+            "n_times": self.n_times,
+            "seconds": SECONDS[self.walks],
+            "walks": self.walks,
+            "labels": self.labels,
+            "captions": self.captions,
+            "panels": [_describe(panel) for panel in self.panels],
+        }
 
 
 def choose_ticks(low: float, high: float) -> tuple[float, ...]:

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
 import pandas as pd
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import NullLocator, PercentFormatter
@@ -16,19 +17,9 @@ from sklearn.decomposition import PCA
 
 from msc.data import WEIGHTS, find_jumps, step_sizes
 from msc.learn import SELECTION_CRITERIA
-from msc.plots._style import (
-    COLOURS,
-    COUNT_STYLES,
-    METHOD_STYLES,
-    SMALL,
-    TRIO,
-    styled,
-)
+from msc.plots._style import COLOURS, COUNT_STYLES, METHOD_STYLES, SMALL, TRIO, styled
 from msc.plots._tables import PAPER_N_CHARTS, SIGNS, WORLD_TITLES, Stored, comparisons
 from msc.study import MEASURES
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 PAPER_METHODS = ("charts", "CrKr", "single regression")  # of Figure 8
 
@@ -70,12 +61,15 @@ def plot_sample_sizes(
         cells = [cell for cell in study["cells"] if cell["design"] == design]
         for axis, measure in zip(column, measures, strict=True):
             for method in methods:
-                more: Any = {"label": method, "look": METHOD_STYLES[method]}
-                _draw_line(axis, cells, measure, method, over="n_samples", **more)
+                look = {"over": "n_samples", "label": method, **METHOD_STYLES[method]}
+                _draw_line(axis, cells, measure, method, **look)
             axis.set(xscale="log", yscale="log")
             if verdicts:
                 _draw_verdicts(axis, study, design, measure, methods[1:])
-        _name_sizes(column[-1], [cell["n_samples"] for cell in cells])
+        sizes = [cell["n_samples"] for cell in cells]
+        column[-1].set_xlabel("training tasks")
+        column[-1].xaxis.set_minor_locator(NullLocator())
+        column[-1].set_xticks(sizes, [str(size) for size in sizes], fontsize=SMALL)
     axes[0, -1].legend()
     return figure
 
@@ -105,26 +99,27 @@ def plot_sweep(*studies: Stored, measures: Sequence[str]) -> Figure:
         for axis, measure in zip(column, measures, strict=True):
             for n_samples, look in zip(sizes, COUNT_STYLES, strict=False):
                 cells = [c for c in study["sweep"] if c["n_samples"] == n_samples]
-                more: Any = {"label": str(n_samples), "look": look}
-                _draw_line(axis, cells, measure, "charts", over="n_charts", **more)
+                more = {"over": "n_charts", "label": str(n_samples), **look}
+                _draw_line(axis, cells, measure, "charts", **more)
             axis.set_yscale("log")
         column[-1].set(xlabel="charts", xticks=counts)
     axes[0, -1].legend(title="training tasks")
     return figure
 
 
+def _grid(
+    n_rows: int, n_columns: int, size: tuple[float, float], **share: Any
+) -> tuple[Figure, NDArray[Any]]:
+    """Make panels with one x axis, unless told otherwise; a row has one y axis."""
+    share = {"sharex": True, "sharey": "row", **share}
+    return plt.subplots(n_rows, n_columns, figsize=size, squeeze=False, **share)
+
+
 def _panels(
     studies: Sequence[Stored], measures: Sequence[str], height: float
 ) -> tuple[Figure, NDArray[Any]]:
     """Lay out one row of panels a measure, on one scale, and one column a study."""
-    figure, axes = plt.subplots(
-        len(measures),
-        len(studies),
-        figsize=(3.7 * len(studies), height),
-        sharex=True,
-        sharey="row",
-        squeeze=False,
-    )
+    figure, axes = _grid(len(measures), len(studies), (3.7 * len(studies), height))
     for axis, study in zip(axes[0], studies, strict=True):
         axis.set_title(WORLD_TITLES[study["workspace"]])
     for axis, measure in zip(axes[:, 0], measures, strict=True):
@@ -139,15 +134,14 @@ def _draw_line(
     method: str,
     *,
     over: str,
-    label: str,
-    look: dict[str, Any],
+    **look: Any,
 ) -> None:
     """Draw a method's means, if there are any, as a line, their intervals as a band."""
     here = [cell for cell in cells if method in cell["measures"].get(measure, {})]
     if here:
         places = [cell[over] for cell in here]
         found = pd.DataFrame([cell["measures"][measure][method] for cell in here])
-        axis.plot(places, found["mean"], label=label, ms=4, **look)
+        axis.plot(places, found["mean"], ms=4, **look)
         band: Any = {"color": look["color"], "alpha": 0.15, "lw": 0}
         axis.fill_between(places, found["low"], found["high"], **band)
 
@@ -172,13 +166,6 @@ def _draw_verdicts(
     axis.tick_params(axis="x", pad=4 + 15 * len(baselines))
 
 
-def _name_sizes(axis: Axes, sizes: Sequence[int]) -> None:
-    """Write every number of training tasks on a logarithmic axis."""
-    axis.set_xlabel("training tasks")
-    axis.xaxis.set_minor_locator(NullLocator())
-    axis.set_xticks(sizes, [str(size) for size in sizes], fontsize=SMALL)
-
-
 @styled
 def plot_elbows(*elbows: Stored) -> Figure:
     """Draw the curves that an elbow may be read from, and what is picked.
@@ -195,14 +182,9 @@ def plot_elbows(*elbows: Stored) -> Figure:
         scaled to its range; the number picked as a diamond; as bars, the share of the
         parts of the data on which each number is picked; dotted, the paper's number.
     """
-    figure, axes = plt.subplots(
-        len(SELECTION_CRITERIA),
-        len(elbows),
-        figsize=(7.4, 1.45 * len(SELECTION_CRITERIA) + 0.4),
-        sharex="col",
-        sharey=True,
-        squeeze=False,
-    )
+    n_rows = len(SELECTION_CRITERIA)
+    size = 7.4, 1.45 * n_rows + 0.4
+    figure, axes = _grid(n_rows, len(elbows), size, sharex="col", sharey=True)
     for column, measured in zip(axes.T, elbows, strict=True):
         for axis, (name, label) in zip(column, SELECTION_CRITERIA.items(), strict=True):
             _draw_reading(axis, measured["readings"][name])
@@ -221,25 +203,13 @@ def _draw_reading(axis: Axes, reading: Mapping[str, Any]) -> None:
     counts = np.arange(1, len(curve) + 1)
     height = (curve - curve.min()) / (np.ptp(curve) or 1.0)
     times = np.array([reading["resampled"].get(f"{count}", 0) for count in counts])
-    axis.bar(
-        counts,
-        times / max(times.sum(), 1),
-        color="0.78",
-        label="share of the parts that pick it",
-    )
+    shares, named = times / max(times.sum(), 1), "share of the parts that pick it"
+    axis.bar(counts, shares, color="0.78", label=named)
     axis.axvline(PAPER_N_CHARTS, color="0.3", ls=":", lw=1, label="the paper's number")
-    axis.plot(
-        counts, height, "o-", ms=3, color=TRIO[0], label="curve, scaled to its range"
-    )
-    axis.plot(
-        picked,
-        height[picked - 1],
-        "D",
-        ms=7,
-        color=TRIO[1],
-        mec="black",
-        label="picked on all tasks",
-    )
+    look: Any = {"ms": 3, "color": TRIO[0], "label": "curve, scaled to its range"}
+    axis.plot(counts, height, "o-", **look)
+    look = {"ms": 7, "color": TRIO[1], "mec": "black", "label": "picked on all tasks"}
+    axis.plot(picked, height[picked - 1], "D", **look)
     axis.yaxis.set_major_formatter(PercentFormatter(1))
     axis.set_axisbelow(True)
     axis.set(ylim=(-0.08, 1.08), yticks=(0, 0.5, 1), xticks=counts)
@@ -262,14 +232,7 @@ def plot_quality(*tables: pd.DataFrame, names: tuple[str, ...]) -> Figure:
         The drawing.
     """
     rows = (_draw_cost, _draw_agreement, _draw_steps, _draw_contacts)
-    figure, axes = plt.subplots(
-        len(rows),
-        len(tables),
-        figsize=(3.6 * len(tables), 7.4),
-        sharex=True,
-        sharey="row",
-        squeeze=False,
-    )
+    figure, axes = _grid(len(rows), len(tables), (3.6 * len(tables), 7.4))
     for column, table, name in zip(axes.T, tables, names, strict=True):
         jumps = find_jumps(table["task_deg"], table[list(WEIGHTS)])
         for axis, draw in zip(column, rows, strict=True):
@@ -303,14 +266,8 @@ def _draw_steps(axis: Axes, table: pd.DataFrame) -> None:
     after = table["task_deg"] + np.diff(table["task_deg"], append=360) / 2
     axis.semilogy(after[:-1], steps[:-1], "o", **_LOOK)
     axis.semilogy(after.iloc[-1:], steps[-1:], "D", mfc="none", color="black", ms=5)
-    axis.annotate(
-        "across the cut",
-        (after.iloc[-1], steps[-1]),
-        (-6, 0),
-        textcoords="offset points",
-        ha="right",
-        va="center",
-    )
+    beside: Any = {"textcoords": "offset points", "ha": "right", "va": "center"}
+    axis.annotate("across the cut", (after.iloc[-1], steps[-1]), (-6, 0), **beside)
     axis.axhline(threshold, color="0.3", ls="--", lw=1)
     axis.set(ylabel="step to the next policy")
 
@@ -345,22 +302,14 @@ def plot_curves(*tables: pd.DataFrame, names: tuple[str, ...]) -> Figure:
         for jump in find_jumps(table["task_deg"], table[list(WEIGHTS)]):
             axis.plot(*flat[jump : jump + 2].T, "--", color="0.5", lw=1)
         axis.plot(*flat[[-1, 0]].T, "-.", color="black", lw=1)
-        points = axis.scatter(
-            *flat.T, c=table["task_deg"], cmap="viridis", s=9, zorder=3
-        )
-        for place, across in ((0, -1), (-1, 1)):  # below left, above right
-            angle = table["task_deg"].iloc[place]
-            axis.annotate(
-                f"{angle:g}°",
-                flat[place],
-                (5 * across, 5 * across),
-                textcoords="offset points",
-                ha="left" if across > 0 else "right",
-                va="bottom" if across > 0 else "top",
-                fontweight="bold",
-                path_effects=[withStroke(linewidth=2.5, foreground="white")],
-                zorder=4,
-            )
+        degrees = table["task_deg"]
+        points = axis.scatter(*flat.T, c=degrees, cmap="viridis", s=9, zorder=3)
+        look: Any = {"textcoords": "offset points", "fontweight": "bold", "zorder": 4}
+        look |= {"path_effects": [withStroke(linewidth=2.5, foreground="white")]}
+        ends = (0, -5, "right", "top"), (-1, 5, "left", "bottom")
+        for place, off, ha, va in ends:
+            text = f"{degrees.iloc[place]:g}°"
+            axis.annotate(text, flat[place], (off, off), ha=ha, va=va, **look)
         axis.set(title=name, xlabel="1st component")
     axes[0, 0].set_ylabel("2nd component")
     figure.colorbar(points, ax=axes, label="task angle (degrees)", shrink=0.9)

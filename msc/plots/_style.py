@@ -3,7 +3,7 @@
 A method has the same colour, marker and dashes on every page. The colours keep apart in
 grey and to the colour-blind, at least where nothing but colour tells two things apart;
 `tests/test_style.py` simulates both. No figure names a colour of its own but greys, and
-red for goals; the view at a slant has its own, in `_film` and `_rays`.
+red for goals; the view at a slant has its own, in `_film`.
 """
 
 from __future__ import annotations
@@ -13,8 +13,11 @@ from functools import wraps
 from typing import Any, ParamSpec, SupportsIndex
 
 import matplotlib.pyplot as plt
+import numpy as np
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
+Array = NDArray[np.float64]
 _P = ParamSpec("_P")
 
 SMALL = 8  # points; the smallest text
@@ -78,6 +81,12 @@ def chart_colour(chart: SupportsIndex) -> str:
 def chart_marker(chart: SupportsIndex) -> str:
     """Choose a chart's marker; after the last they come again."""
     return CHART_MARKERS[int(chart) % len(CHART_MARKERS)]
+
+
+def widen(values: Array, share: float) -> tuple[float, float]:
+    """Return bounds of values with a share of their range added at either end."""
+    margin = share * np.ptp(values)
+    return float(values.min() - margin), float(values.max() + margin)
 
 
 def styled(draw: Callable[_P, Figure]) -> Callable[_P, Figure]:

@@ -173,12 +173,8 @@ def kernel_table(*studies: Stored, measure: str = "mse, gate learned") -> pd.Dat
 
 def _without_same(table: pd.DataFrame) -> pd.DataFrame:
     """Leave out the heads, the lowest excepted, that all columns have in common."""
-    heads = table.columns
-    same: list[Any] = [
-        level
-        for level in range(heads.nlevels - 1)
-        if heads.get_level_values(level).nunique() == 1
-    ]
+    heads: Any = table.columns
+    same: list[Any] = [k for k, size in enumerate(heads.levshape[:-1]) if size == 1]
     return table.droplevel(same, axis=1)
 
 
@@ -218,9 +214,8 @@ def sets_table(
         for method in methods:
             errors = pd.Series(cell["measures"][measure][method]["per_repetition"])
             rank = f"{errors.rank(method='min')[drawn]:.0f} of {n_draws}"
-            first, *bounds = map(
-                "{:.3g}".format, [errors[drawn], *errors.quantile([0, 0.5, 1])]
-            )
+            told = errors[drawn], *errors.quantile([0, 0.5, 1])
+            first, *bounds = map("{:.3g}".format, told)
             rows[MEASURES[measure].label, method] = [first, rank, *bounds]
     names = ["set drawn", "its rank", "lowest", "median", "highest"]
     table = pd.DataFrame.from_dict(rows, orient="index", columns=names)
@@ -245,15 +240,12 @@ def gate_shares(*studies: Stored) -> pd.DataFrame:
     """
     columns = {}
     for study in studies:
+        cells = {c["n_samples"]: c for c in study["cells"] if c["design"] == "even"}
         known, learned = (
             pd.Series(
-                {
-                    cell["n_samples"]: cell["measures"][measure]["charts"]["mean"]
-                    for cell in study["cells"]
-                    if cell["design"] == "even"
-                }
+                {n: c["measures"][name]["charts"]["mean"] for n, c in cells.items()}
             )
-            for measure in ("mse, chart known", "mse, gate learned")
+            for name in ("mse, chart known", "mse, gate learned")
         )
         world = WORLD_TITLES[study["workspace"]]
         columns[world, "regression (MSE, chart known)"] = known
@@ -306,20 +298,23 @@ def elbow_table(*elbows: Stored, count: int = PAPER_N_CHARTS) -> pd.DataFrame:
         of the parts on which it picks `count`, and the number it picks most often with
         the share of that, the last number considered excepted.
     """
-    columns: dict[tuple[str, str], dict[str, str]] = {}
+    worlds, heads = {}, ["picks", f"picks {count}", "most often"]
     for measured in elbows:
-        world, n_parts = measured["workspace"], measured["n_resamples"]
-        picks, shares, most = (
-            columns.setdefault((world, head), {})
-            for head in ("picks", f"picks {count}", "most often")
-        )
+        rows = {}
         for name, label in SELECTION_CRITERIA.items():
-            reading = measured["readings"][name]
-            often, share = most_picked(measured, name)
-            picks[label] = f"{reading['picked']}"
-            shares[label] = f"{reading['resampled'].get(f'{count}', 0) / n_parts:.0%}"
-            most[label] = f"{often} ({share:.0%})"
-    return pd.DataFrame(columns)
+            reading, (often, share) = (
+                measured["readings"][name],
+                most_picked(measured, name),
+            )
+            there = reading["resampled"].get(f"{count}", 0) / measured["n_resamples"]
+            rows[label] = (
+                f"{reading['picked']}",
+                f"{there:.0%}",
+                f"{often} ({share:.0%})",
+            )
+        table = pd.DataFrame.from_dict(rows, orient="index", columns=heads)
+        worlds[measured["workspace"]] = table
+    return pd.concat(worlds, axis=1)
 
 
 def quality_table(*audits: Stored) -> pd.DataFrame:
@@ -367,20 +362,17 @@ def jump_table(audit: Stored) -> pd.DataFrame:
     DataFrame
         One row a step: where (degrees), how large at first and at last, the verdict.
     """
-    return pd.DataFrame(
-        [
-            {
-                "after (degrees)": jump["between_deg"][0],
-                "located between (degrees)": "{:.10g} and {:.10g}".format(
-                    *jump["located_deg"]
-                ),
-                "step": jump["step_sizes"][0],
-                "step there": jump["step_sizes"][-1],
-                "jump": jump["is_jump"],
-            }
-            for jump in audit["jumps"]
-        ]
-    )
+    known = ["between_deg", "located_deg", "step_sizes", "is_jump"]
+    jumps = pd.DataFrame(audit["jumps"], columns=known)
+    between = "{0[0]:.10g} and {0[1]:.10g}"
+    columns = {
+        "after (degrees)": jumps["between_deg"].str[0],
+        "located between (degrees)": jumps["located_deg"].map(between.format),
+        "step": jumps["step_sizes"].str[0],
+        "step there": jumps["step_sizes"].str[-1],
+        "jump": jumps["is_jump"],
+    }
+    return pd.DataFrame(columns)
 
 
 def confirmed_jumps(audit: Stored) -> list[int]:

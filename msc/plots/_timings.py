@@ -172,13 +172,9 @@ def _list_tasks(costs: Costs) -> _Columns:
 def _list_growth(costs: Costs) -> _Columns:
     """List searches of several tasks, one row a search."""
     runs = pd.DataFrame(costs["growth"]["runs"]).sort_values(["workers", "n_tasks"])
-    names = {
-        "n_tasks": "tasks",
-        "tasks_per_second": "tasks/s",
-        "evaluations_per_task": "rollouts/task",
-    }
-    runs = runs.rename(columns=names).set_index(["workers", "tasks"])
-    return runs[["seconds", "tasks/s", "rollouts/task"]]
+    runs = runs.set_index(["workers", "n_tasks"]).rename_axis(["workers", "tasks"])
+    names = {"tasks_per_second": "tasks/s", "evaluations_per_task": "rollouts/task"}
+    return runs.rename(columns=names)[["seconds", *names.values()]]
 
 
 def _list_data(costs: Costs) -> _Columns:
@@ -208,18 +204,12 @@ def _list_learners(costs: Costs) -> _Columns:
     for world, skill in costs["learners"]["skill"].items():
         head = f"{world}, {skill['n_samples']} samples"
         for step, asked in (("fit", ""), ("predict", f" {skill['n_predicted']}")):
-            task = f"{head}: ms to {step}{asked}"
-            charts, single, ratio = (
-                skill[f"{step}_{which}"]
-                for which in (
-                    "charts_milliseconds",
-                    "single_milliseconds",
-                    "charts_over_single",
-                )
-            )
-            rows[f"{task}, {skill['n_charts']} charts"] = charts
-            rows[f"{task}, single"] = single
-            rows[f"{head}: {step}, charts / single"] = ratio
+            task, charts = f"{head}: ms to {step}{asked}", f"{skill['n_charts']} charts"
+            rows[f"{task}, {charts}"] = skill[f"{step}_charts_milliseconds"]
+            rows[f"{task}, single"] = skill[f"{step}_single_milliseconds"]
+            rows[f"{head}: {step}, charts / single"] = skill[
+                f"{step}_charts_over_single"
+            ]
     return {"": rows}
 
 
@@ -247,34 +237,26 @@ _LISTS = {
 
 def _draw_ways(axis: Axes, costs: Costs) -> None:
     """Draw the times of a rollout, medians and the middle four fifths of rounds."""
-    worlds = costs["rollouts"]
-    ways = [
-        way
-        for way in reversed(_WAYS)
-        if all(measured["milliseconds"][way] for measured in worlds.values())
-    ]
-    for number, (world, measured) in enumerate(worlds.items()):
-        times = [measured["milliseconds"][way] for way in ways]
-        low, middle, high = (
-            np.array([time[key] for time in times]) for key in ("low", "median", "high")
-        )
-        raw = measured["milliseconds"]["raw_steps"]["median"]
+    timed = {world: one["milliseconds"] for world, one in costs["rollouts"].items()}
+    ways = [way for way in reversed(_WAYS) if all(one[way] for one in timed.values())]
+    look: Any = {"ls": "", "ms": 5, "mec": "white", "mew": 0.5, "elinewidth": 1.2}
+    for number, (world, times) in enumerate(timed.items()):
+        keys = "low", "median", "high"
+        low, middle, high = (np.array([times[way][k] for way in ways]) for k in keys)
+        raw = times["raw_steps"]["median"]
         axis.errorbar(
             middle / raw,
             np.arange(len(ways)) + 0.24 * (0.5 - number),
             xerr=np.array([middle - low, high - middle]) / raw,
-            ls="",
-            ms=5,
-            mec="white",
-            mew=0.5,
-            elinewidth=1.2,
             label=world,
+            **look,
             **WORLD_STYLES[world],
         )
     axis.axvline(ROLLOUT_LIMIT, color="0.3", lw=1, ls="--")
     axis.text(ROLLOUT_LIMIT, -0.4, f" {ROLLOUT_LIMIT:g} ×", fontsize=SMALL, va="bottom")
     axis.set_xscale("log")
-    ticks = [tick for tick in (0.5, 1, 2, 5, 10, 20, 50) if _within(tick, axis)]
+    left, right = axis.get_xlim()
+    ticks = [tick for tick in (0.5, 1, 2, 5, 10, 20, 50) if left <= tick <= right]
     axis.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
     axis.set_xticks([], minor=True)
     axis.set_yticks(range(len(ways)), [_WAYS[way] for way in ways])
@@ -286,35 +268,18 @@ def _draw_ways(axis: Axes, costs: Costs) -> None:
 def _draw_growth(axis: Axes, costs: Costs, tables: Mapping[str, pd.DataFrame]) -> None:
     """Draw rollouts per task: alone, in the benchmark's circles, in the tables."""
     growth = costs["growth"]
-    runs = sorted(
-        {(run["n_tasks"], run["evaluations_per_task"]) for run in growth["runs"]}
-    )
-    look = WORLD_STYLES[growth["workspace"]]
-    axis.plot(
-        *np.transpose(runs),
-        ms=5,
-        label=f"{growth['workspace']}, benchmark's circle",
-        **look,
-    )
-    for world, searched in costs["searches"].items():
-        axis.plot(
-            1,
-            searched["evaluations_per_task"],
-            ls="",
-            mfc="none",
-            label=f"{world}, one task alone",
-            **WORLD_STYLES[world],
-        )
+    runs = {(run["n_tasks"], run["evaluations_per_task"]) for run in growth["runs"]}
+
+    def draw(world: str, name: str, *places: Any, **look: Any) -> None:
+        axis.plot(*places, label=f"{world}, {name}", **look, **WORLD_STYLES[world])
+
+    draw(growth["workspace"], "benchmark's circle", *np.transpose(sorted(runs)), ms=5)
+    for world, alone in costs["searches"].items():
+        spent = alone["evaluations_per_task"]
+        draw(world, "one task alone", 1, spent, ls="", mfc="none")
     for world, table in tables.items():
-        axis.plot(
-            len(table),
-            table["evaluations"].mean(),
-            ls="",
-            ms=8,
-            mec="black",
-            label=f"{world}, the data set",
-            **WORLD_STYLES[world],
-        )
+        place = len(table), table["evaluations"].mean()
+        draw(world, "the data set", *place, ls="", ms=8, mec="black")
     counts = sorted({1, *(n for n, _ in runs), *map(len, tables.values())})
     axis.set_xscale("log")
     axis.set_xticks(counts, [f"{count}" for count in counts])
@@ -325,9 +290,3 @@ def _draw_growth(axis: Axes, costs: Costs, tables: Mapping[str, pd.DataFrame]) -
     axis.figure.legend(
         *axis.get_legend_handles_labels(), ncols=3, loc="outside lower right"
     )
-
-
-def _within(tick: float, axis: Axes) -> bool:
-    """Whether a tick lies in the range of the x axis."""
-    low, high = axis.get_xlim()
-    return low <= tick <= high

@@ -14,11 +14,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle as Disc
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from msc.plots._film import Scene
 from msc.plots._slider import Mark, Panel
-from msc.plots._style import GOAL, TRIO, styled
+from msc.plots._style import GOAL, TRIO, Array, styled
 from msc.robot import Circle, Rollout, Workspace, forward_kinematics
 
 Span = tuple[float, float]
@@ -61,6 +61,7 @@ VIEWS = {
         {"color": "red", "lw": 0.8}, {**_RING, "mec": "red", "ms": 8, "mew": 1.6}, {}
     ),
 }
+FRAME = 3  # time steps from one picture of a film to the next: 20 pictures a second
 TOUCHED = {"ec": TRIO[1], "lw": 2}  # the rim of an obstacle
 
 
@@ -99,24 +100,20 @@ def outlines(world: Workspace) -> list[tuple[str, Circle]]:
     return [("ring", goals), *(("disc", circle) for circle in world.circles)]
 
 
-def place_arm(
-    rollouts: Sequence[Rollout], world: Workspace, every: int = 1
-) -> NDArray[np.float64]:
+def place_arm(rollouts: Sequence[Rollout], world: Workspace, every: int = 1) -> Array:
     """Return the arm's places (m) at every n-th step: (n_rollouts, n_times, 4, 2)."""
     joints = np.array([one.joints[::every] for one in rollouts])
     return forward_kinematics(joints, world.link_lengths)
 
 
-def bounds_of(
-    circles: Iterable[Circle], places: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def bounds_of(circles: Iterable[Circle], places: Array) -> tuple[Array, Array]:
     """Return lower and upper bounds (m) of circles and places."""
     centres, radii = np.split(np.array([*circles]).reshape(-1, 3), [2], axis=1)
     corners = np.concatenate([places.reshape(-1, 2), centres - radii, centres + radii])
     return corners.min(axis=0), corners.max(axis=0)
 
 
-def square_around(world: Workspace, places: NDArray[np.float64]) -> tuple[Span, Span]:
+def square_around(world: Workspace, places: Array) -> tuple[Span, Span]:
     """Find a square (ranges of x and y, m) that holds a world and many places."""
     low, high = bounds_of((circle for _, circle in outlines(world)), places)
     middle, half = (low + high) / 2, 0.52 * (high - low).max()
@@ -168,12 +165,7 @@ def draw_arm(axis: Axes, world: Workspace, joints: ArrayLike, **links: Any) -> N
     axis.plot(*places[-1], "o", color=TRIO[0], ms=6, zorder=3)
 
 
-def draw_links(
-    axis: Axes,
-    places: NDArray[np.float64],
-    links: dict[str, Any],
-    **joints: Any,
-) -> None:
+def draw_links(axis: Axes, places: Array, links: dict[str, Any], **joints: Any) -> None:
     """Draw links with round ends, and white joints at theirs."""
     axis.plot(*places.T, **{"solid_capstyle": "round", **links})
     looks = {"color": "white", "mec": "0.3", "ms": 5, "zorder": 3, **joints}
@@ -203,7 +195,7 @@ def mark_goal(
 
 
 def mark_arm(
-    rollouts: Sequence[Rollout], world: Workspace, every: int, **look: Any
+    rollouts: Sequence[Rollout], world: Workspace, every: int = FRAME, **look: Any
 ) -> Mark:
     """Show the arm at every n-th time step of one movement a step of the slider."""
     look = {"trail": {"width": 1.2, "opacity": 1.0, "dash": [4, 3]}, **look}

@@ -39,6 +39,8 @@ from msc.robot._workspace import LINK_RADIUS, Workspace
 
 SUBSTEPS = 4  # of the physics in a time step of the controller: 240 Hz
 
+_Array = NDArray[np.float64]
+
 _JOINTS = [0, 1, 2]
 _ARM_FILTER, _OBSTACLE_FILTER = (2, 1), (1, 2)  # group, mask: arms meet obstacles only
 _GROUND = 768  # m; from here to 1024 m, doubles are evenly spaced: storeys round alike
@@ -53,21 +55,7 @@ os.register_at_fork(
 class BulletWorld:
     """A physics world with copies of a workspace's arm and its obstacles.
 
-    It is freed when it is closed, or forgotten.
-
-    Parameters
-    ----------
-    workspace : Workspace
-        What to build.
-    controller : ControllerGains
-        Gains of the PID controller.
-    n_arms : int
-        Copies of the arm.
-
-    Attributes
-    ----------
-    client_id : int
-        PyBullet's number of the world; -1 once it is closed.
+    It is freed when it is closed, or forgotten; `client_id` is -1 once it is closed.
     """
 
     def __init__(
@@ -99,9 +87,7 @@ class BulletWorld:
             self.client_id = -1
             self._free()
 
-    def track(
-        self, plan: NDArray[np.float64]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def track(self, plan: _Array) -> tuple[_Array, _Array]:
         """Follow planned joint angles by PID torques in the physics world."""
         with _TURN:
             self._refuse_if_busy()
@@ -120,9 +106,7 @@ class BulletWorld:
                 "the arm is in the middle of a rollout; wanted calls one after another"
             )
 
-    def _track(
-        self, plan: NDArray[np.float64]
-    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def _track(self, plan: _Array) -> tuple[_Array, _Array]:
         """Follow planned joint angles, see `track`."""
         bullet, client = self._bullet, self.client_id
         n_policies, n_rows = plan.shape[:2]
@@ -164,29 +148,25 @@ class BulletWorld:
 
     def _reset(self) -> None:
         """Put every arm at rest in the home pose and forget every contact."""
-        bullet, client = self._bullet, self.client_id
-        bullet.setPhysicsEngineParameter(
-            contactBreakingThreshold=_BREAKING, physicsClientId=client
-        )
+        bullet, here = self._bullet, {"physicsClientId": self.client_id}
+        bullet.setPhysicsEngineParameter(contactBreakingThreshold=_BREAKING, **here)
         if self._torn:  # torques that moved nothing yet would add to the next ones
-            bullet.stepSimulation(physicsClientId=client)
+            bullet.stepSimulation(**here)
         for body in self._bodies:
             for joint, angle in zip(_JOINTS, self.workspace.home, strict=True):
-                bullet.resetJointState(body, joint, angle, 0.0, physicsClientId=client)
+                bullet.resetJointState(body, joint, angle, 0.0, **here)
         for obstacle in self._obstacles:  # renews its proxy: no cached contact is left
-            bullet.setCollisionFilterGroupMask(
-                obstacle, -1, *_OBSTACLE_FILTER, physicsClientId=client
-            )
+            bullet.setCollisionFilterGroupMask(obstacle, -1, *_OBSTACLE_FILTER, **here)
 
     def _load_arms(self) -> list[int]:
         """Build the physics world with its arms."""
-        bullet, client = self._bullet, self.client_id
-        bullet.setTimeStep(TIME_STEP, physicsClientId=client)
+        bullet, here = self._bullet, {"physicsClientId": self.client_id}
+        bullet.setTimeStep(TIME_STEP, **here)
         bullet.setPhysicsEngineParameter(
             deterministicOverlappingPairs=1,
             solverResidualThreshold=0.0,
             numSubSteps=SUBSTEPS,
-            physicsClientId=client,
+            **here,
         )
         with tempfile.TemporaryDirectory() as folder:
             file = Path(folder, "arm.urdf")
@@ -197,29 +177,18 @@ class BulletWorld:
                     basePosition=[0.0, 0.0, _GROUND + number],
                     useFixedBase=True,
                     flags=bullet.URDF_USE_INERTIA_FROM_FILE,
-                    physicsClientId=client,
+                    **here,
                 )
                 for number in range(self.n_arms)
             ]
+        free = dict.fromkeys(("linearDamping", "angularDamping", "jointDamping"), 0.0)
         for body in bodies:
             for link in (-1, *_JOINTS):
-                bullet.changeDynamics(
-                    body,
-                    link,
-                    linearDamping=0.0,
-                    angularDamping=0.0,
-                    jointDamping=0.0,
-                    physicsClientId=client,
-                )
-                bullet.setCollisionFilterGroupMask(
-                    body, link, *_ARM_FILTER, physicsClientId=client
-                )
+                bullet.changeDynamics(body, link, **free, **here)
+                bullet.setCollisionFilterGroupMask(body, link, *_ARM_FILTER, **here)
+            mode = bullet.VELOCITY_CONTROL  # motors that hold joints, by default
             bullet.setJointMotorControlArray(
-                body,
-                _JOINTS,
-                bullet.VELOCITY_CONTROL,
-                forces=[0.0, 0.0, 0.0],
-                physicsClientId=client,
+                body, _JOINTS, mode, forces=[0.0] * 3, **here
             )
         return bodies
 
@@ -229,50 +198,45 @@ class BulletWorld:
         # moves as smoothly as they do. Where a capsule touches a cylinder the engine
         # finds by iteration; its last digits decide whether a link that slides along
         # touches or not.
-        bullet, client = self._bullet, self.client_id
-        shape = bullet.createCollisionShape(
-            bullet.GEOM_CAPSULE, radius=radius, height=0.2, physicsClientId=client
-        )
-        body: int = bullet.createMultiBody(
-            0.0, shape, basePosition=[x, y, height], physicsClientId=client
-        )
-        bullet.changeDynamics(body, -1, lateralFriction=0.0, physicsClientId=client)
+        bullet, here = self._bullet, {"physicsClientId": self.client_id}
+        kind = bullet.GEOM_CAPSULE
+        shape = bullet.createCollisionShape(kind, radius=radius, height=0.2, **here)
+        place = [x, y, height]
+        body: int = bullet.createMultiBody(0.0, shape, basePosition=place, **here)
+        bullet.changeDynamics(body, -1, lateralFriction=0.0, **here)
         return body
 
 
 def _urdf(workspace: Workspace) -> str:
     """Describe the arm; one element a line, as PyBullet's parser wants it."""
-    lines = [
-        '<robot name="arm">',
-        '<link name="link_0">',
-        '<inertial><mass value="1"/>',
-        '<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>',
-        "</link>",
-    ]
-    offset = 0.0
+    text, offset = "", 0.0
     links = zip(workspace.link_lengths, workspace.link_masses, strict=True)
     for number, (length, mass) in enumerate(links, start=1):
         across, along = rod_inertia(length, mass), mass * LINK_RADIUS**2 / 2
-        lines += [
-            f'<link name="link_{number}">',
-            f'<inertial><origin xyz="{length / 2} 0 0"/>',
-            f'<mass value="{mass}"/>',
-            f'<inertia ixx="{along}" iyy="{across}" izz="{across}"',
-            ' ixy="0" ixz="0" iyz="0"/></inertial>',
-            "<collision>",
-            f'<origin xyz="{length / 2} 0 0" rpy="0 {math.pi / 2} 0"/>',
-            f'<geometry><capsule radius="{LINK_RADIUS}" length="{length}"/></geometry>',
-            "</collision>",
-            "</link>",
-            f'<joint name="joint_{number}" type="continuous">',
-            f'<parent link="link_{number - 1}"/>',
-            f'<child link="link_{number}"/>',
-            f'<origin xyz="{offset} 0 0"/>',
-            '<axis xyz="0 0 1"/>',
-            "</joint>",
-        ]
+        text += f"""
+        <link name="link_{number}">
+        <inertial><origin xyz="{length / 2} 0 0"/>
+        <mass value="{mass}"/>
+        <inertia ixx="{along}" iyy="{across}" izz="{across}"
+        ixy="0" ixz="0" iyz="0"/></inertial>
+        <collision>
+        <origin xyz="{length / 2} 0 0" rpy="0 {math.pi / 2} 0"/>
+        <geometry><capsule radius="{LINK_RADIUS}" length="{length}"/></geometry>
+        </collision>
+        </link>
+        <joint name="joint_{number}" type="continuous">
+        <parent link="link_{number - 1}"/>
+        <child link="link_{number}"/>
+        <origin xyz="{offset} 0 0"/>
+        <axis xyz="0 0 1"/>
+        </joint>"""
         offset = length
-    return "\n".join([*lines, "</robot>"])
+    return f"""<robot name="arm">
+        <link name="link_0">
+        <inertial><mass value="1"/>
+        <inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial>
+        </link>{text}
+        </robot>"""
 
 
 def load_pybullet() -> Any:

@@ -45,15 +45,6 @@ def coupled_inertias(link_lengths: ArrayLike, link_masses: ArrayLike) -> _Array:
 class InverseDynamics:
     """The torques that make arms accelerate as wanted, asked for time and again.
 
-    Parameters
-    ----------
-    inertias : ndarray of shape (n_joints, n_joints)
-        What `coupled_inertias` gives.
-    n_arms : int
-        How many arms.
-
-    Notes
-    -----
     Lagrange's equations. With links as complex numbers zⱼ = exp(i φⱼ), the torque about
     the near end of link i is the imaginary part of conj(zᵢ) Σⱼ mᵢⱼ z̈ⱼ, and a joint has
     to bear those of all links beyond it.
@@ -162,17 +153,7 @@ class ControllerGains:
 
 
 class ComputedTorqueController:
-    """Arms on their way along plans: the controller with its memory.
-
-    Parameters
-    ----------
-    controller : ControllerGains
-        Gains and limits.
-    plan : ndarray of shape (n_steps + 1, 3, n_arms)
-        Joint angles to follow, one row a time step (rad).
-    inertias : ndarray of shape (3, 3)
-        What `coupled_inertias` gives.
-    """
+    """Arms on their way along a plan (n_steps + 1, 3, n_arms), with their integrals."""
 
     def __init__(
         self, controller: ControllerGains, plan: _Array, inertias: _Array

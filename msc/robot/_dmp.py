@@ -33,6 +33,8 @@ _BOUNDS = {
 _N_BASIS = (2, 100)
 _LAST = 20.0  # times the time scale
 
+_Array = NDArray[np.float64]
+
 
 @dataclass(frozen=True)
 class DMP:
@@ -85,10 +87,10 @@ class DMP:
 
     def __post_init__(self) -> None:
         """Refuse constants for which the equations make no movement."""
-        for name in ("spring", "damping", "time_scale", "alpha"):
+        for name, bounds in _BOUNDS.items():
             value = getattr(self, name)
             if value is not None or name != "damping":
-                check_number(name, value, *_BOUNDS[name])
+                check_number(name, value, *bounds)
         check_whole("n_basis", self.n_basis, *_N_BASIS)
         if not isinstance(self.gated, bool | np.bool_):
             raise ValueError(f"gated={self.gated!r}; wanted True or False")
@@ -215,9 +217,9 @@ def check_policies(
     ValueError: policy has shape (2,); wanted (6,) or (n_policies, 6)
     """
     policies = np.asarray(to_floats("policy", policy), order="C")  # to the last bit
+    several = "" if single else f" or (n_policies, {n_params})"
     dimensions = (1,) if single else (1, 2)
     if policies.ndim not in dimensions or policies.shape[-1] != n_params:
-        several = "" if single else f" or (n_policies, {n_params})"
         raise ValueError(
             f"policy has shape {policies.shape}; wanted ({n_params},){several}"
         )
@@ -232,9 +234,7 @@ def check_policies(
 
 
 @lru_cache(maxsize=32)
-def _responses(
-    dmp: DMP, times: tuple[float, ...]
-) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _responses(dmp: DMP, times: tuple[float, ...]) -> tuple[_Array, _Array]:
     """Integrate the spring's response (n_times,) and the basis' (n_times, n_basis)."""
     ascending = times and times[0] >= 0 and all(np.diff(times) > 0)
     if not ascending or not math.isfinite(times[-1]):
@@ -247,22 +247,15 @@ def _responses(
     damping = 2 * math.sqrt(dmp.spring) if dmp.damping is None else dmp.damping
     n = 1 + dmp.n_basis
 
-    def rates(time: float, state: NDArray[np.float64]) -> NDArray[np.float64]:
+    def rates(time: float, state: _Array) -> _Array:
         x, v = state[:n], state[n:]
         s = math.exp(-dmp.alpha * time / dmp.time_scale)
         force = np.append(dmp.spring, dmp.forcing_basis([s])[0])
         dv = force - dmp.spring * x - damping * v  # Eq. 5, one row per response
         return np.concatenate([v, dv]) / dmp.time_scale  # Eq. 6
 
-    solution = solve_ivp(
-        rates,
-        (0.0, max(times[-1], 1e-9)),
-        np.zeros(2 * n),
-        method="DOP853",
-        t_eval=times,
-        rtol=1e-10,
-        atol=1e-12,
-    )
+    span, exactly = (0.0, max(times[-1], 1e-9)), {"rtol": 1e-10, "atol": 1e-12}
+    solution = solve_ivp(rates, span, np.zeros(2 * n), "DOP853", times, **exactly)
     if not (solution.success and np.isfinite(solution.y).all()):
         raise ValueError(f"{dmp}: cannot be integrated: {solution.message}")
     x = solution.y[:n].T

@@ -174,14 +174,12 @@ class Workspace:
                 )
         for name in (*_BOUNDS, "home", "goal_radius", "cut_deg", "circles"):
             given = getattr(self, name)
-            to_floats(name, given)
+            sizes = np.abs(to_floats(name, given))
             if np.asarray(given).dtype.kind not in "iuf":  # text, say
                 raise ValueError(f"{name}={given!r}; wanted real numbers")
-        for name in ("home", "cut_deg", "circles"):
-            if not (np.abs(to_floats(name, getattr(self, name))) <= LARGEST).all():
+            if name != "goal_radius" and not (sizes <= LARGEST).all():
                 raise ValueError(
-                    f"{name}={getattr(self, name)}; wanted numbers of at most "
-                    f"{LARGEST:g}"
+                    f"{name}={given}; wanted numbers of at most {LARGEST:g}"
                 )
         if np.shape(self.home) != (len(_LINKS),) or np.ndim(self.cut_deg):
             raise ValueError(

@@ -107,7 +107,7 @@ def measure_elbows(
         "max_charts": max_charts,
         "seed": seed,
         "readings": {
-            name: {**whole[name], "resampled": _count(resampled, name)}
+            name: {**whole[name], "resampled": _count(one[name] for one in resampled)}
             for name in SELECTION_CRITERIA
         },
     }
@@ -298,7 +298,7 @@ def compare_clusterers(
     return table
 
 
-def _count(resampled: list[dict[str, Any]], name: str) -> dict[str, int]:
+def _count(findings: Iterable[Mapping[str, Any]]) -> dict[str, int]:
     """Count how often each number was picked, the smallest number first."""
-    picked = Counter(readings[name]["picked"] for readings in resampled)
+    picked = Counter(finding["picked"] for finding in findings)
     return {str(count): picked[count] for count in sorted(picked)}

@@ -7,7 +7,7 @@ from math import comb
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from msc._checks import to_floats
+from msc._checks import check_whole, to_floats
 
 DESIGNS = ("even", "uniform", "nonuniform")
 TEST_SUBSETS = ("gate learned", "chart known", "away from jumps", "beside jumps")
@@ -59,12 +59,8 @@ def draw_samples(
     n_tasks = len(angles)
     if design not in DESIGNS:
         raise ValueError(f"design={design!r}; wanted one of {DESIGNS}")
-    if not isinstance(n_samples, int | np.integer) or not 2 <= n_samples <= n_tasks:
-        raise ValueError(
-            f"n_samples={n_samples!r}; wanted a whole number from 2 to {n_tasks}"
-        )
-    if not isinstance(n_draws, int | np.integer) or n_draws < 1:
-        raise ValueError(f"n_draws={n_draws!r}; wanted a whole number, at least 1")
+    check_whole("n_samples", n_samples, 2, n_tasks)
+    check_whole("n_draws", n_draws, 1)
     key = (seed, DESIGNS.index(design), n_samples)
     if design == "even":
         steps = n_tasks * np.arange(n_samples) // n_samples
@@ -131,8 +127,7 @@ def take_evenly(tasks: ArrayLike, n_samples: int) -> Indices:
     array([0, 3, 6, 9])
     """
     angles = _check_angles(tasks)
-    if not isinstance(n_samples, int | np.integer) or n_samples < 2:
-        raise ValueError(f"n_samples={n_samples!r}; wanted a whole number from 2 on")
+    check_whole("n_samples", n_samples, 2)
     wanted = angles[0] + 2 * np.pi * np.arange(n_samples) / n_samples
     chosen = np.abs(angles - wanted[:, None]).argmin(axis=1)
     if len(np.unique(chosen)) < n_samples:

@@ -7,7 +7,6 @@ as in Eq. 1. Every training set is fitted and tested in a worker, on the same da
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import partial
 from importlib import metadata
@@ -25,10 +24,8 @@ from msc.study._choices import average_gates, compare_gates, measure_elbows
 from msc.study._methods import COMMON, METHODS, N_CHARTS
 from msc.study._sampling import Indices, draw_samples, task_density
 from msc.study._summaries import (
-    Cell,
     Errors,
     Study,
-    SweepCell,
     measure_errors,
     summarise_trials,
 )
@@ -79,34 +76,26 @@ class Group:
 
 
 def list_groups(profile: Profile, tasks: NDArray[np.float64], seed: int) -> list[Group]:
-    """Draw all training sets: by design and size, then those of the sweep."""
-    return [*_list_cells(profile, tasks, seed), *_list_sweep(profile, tasks, seed)]
+    """Draw all training sets: of all methods by design and size, then of the sweep."""
 
+    def draw(design: str, n_samples: int, n_draws: int) -> list[Indices]:
+        return draw_samples(design, tasks, n_samples, n_draws=n_draws, seed=seed)
 
-def _list_cells(
-    profile: Profile, tasks: NDArray[np.float64], seed: int
-) -> Iterator[Group]:
-    """Draw the training sets of all methods, by design and size."""
+    groups = []
     for design, sizes in profile.sizes.items():
         is_even = design == "even"
         known = METHODS if is_even else COMMON
         names = tuple(name for name in known if name in profile.methods)
-        for n_samples in sizes:
-            n_draws = (
-                profile.repetitions if is_even else min(profile.repetitions, AT_RANDOM)
-            )
-            sets = draw_samples(design, tasks, n_samples, n_draws=n_draws, seed=seed)
-            yield Group(design, sets, names=names)
-
-
-def _list_sweep(
-    profile: Profile, tasks: NDArray[np.float64], seed: int
-) -> Iterator[Group]:
-    """Draw the training sets of charts alone, by their number and the sample size."""
+        most = profile.repetitions
+        n_draws = most if is_even else min(most, AT_RANDOM)
+        groups += [
+            Group(design, draw(design, n_samples, n_draws), names=names)
+            for n_samples in sizes
+        ]
     for n_charts, n_samples in product(profile.sweep_charts, profile.sweep_sizes):
-        n_draws = profile.sweep_repetitions
-        sets = draw_samples("even", tasks, n_samples, n_draws=n_draws, seed=seed)
-        yield Group("even", sets, n_charts, ("charts",), is_sweep=True)
+        sets = draw("even", n_samples, profile.sweep_repetitions)
+        groups.append(Group("even", sets, n_charts, ("charts",), is_sweep=True))
+    return groups
 
 
 def run_study(
@@ -156,8 +145,8 @@ def run_study(
     found = iter(
         call_in_order(fit_and_test, calls, jobs=jobs, label=label, progress=progress)
     )
-    cells: list[Cell] = []
-    sweep: list[SweepCell] = []
+    cells: list[Any] = []
+    sweep: list[Any] = []
     for group in groups:
         summary = summarise_trials(
             [next(found) for _ in group.sets],
@@ -165,25 +154,16 @@ def run_study(
             n_resamples=effort.n_resamples,
             seed=seed,
         )
-        n_samples, repetitions = len(group.sets[0]), len(group.sets)
+        measured = {
+            "n_samples": len(group.sets[0]),
+            "repetitions": len(group.sets),
+            "measures": summary["measures"],
+        }
         if group.is_sweep:
-            sweep.append(
-                {
-                    "n_charts": group.n_charts,
-                    "n_samples": n_samples,
-                    "repetitions": repetitions,
-                    "measures": summary["measures"],
-                }
-            )
+            sweep.append({"n_charts": group.n_charts, **measured})
         else:
             cells.append(
-                {
-                    "design": group.design,
-                    "n_samples": n_samples,
-                    "repetitions": repetitions,
-                    "measures": summary["measures"],
-                    "ratios": summary["ratios"],
-                }
+                {"design": group.design, **measured, "ratios": summary["ratios"]}
             )
     return {
         "workspace": name,
@@ -208,16 +188,12 @@ def run_elbows(
 
     Parameters
     ----------
-    name : {"free", "obstacles"}
-        The workspace and its data.
-    profile : {"quick", "full"}, default="quick"
-        How much to do, see `PROFILES`.
-    seed : int, default=0
-        Seed of the resamplings.
-    jobs : int, default=1
-        Worker processes; the result does not depend on them.
+    name, profile : str
+        As for `run_study`.
+    seed, jobs : int
+        As there.
     progress : bool, default=False
-        Whether to show a progress bar on standard error.
+        As there.
 
     Returns
     -------

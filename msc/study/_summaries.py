@@ -249,13 +249,13 @@ def most_picked(measured: Mapping[str, Any], name: str) -> tuple[int, float]:
 
     Examples
     --------
-    >>> reading = {"curve": [3, 2, 1], "resampled": {"2": 2, "3": 4}}
-    >>> most_picked({"readings": {"eigengap": reading}}, "eigengap")
+    >>> found = {"curve": [3, 2, 1], "resampled": {"2": 2, "3": 4}}
+    >>> most_picked({"readings": {"eigengap": found}}, "eigengap")
     (2, 0.3333333333333333)
     """
-    reading = measured["readings"][name]
-    times = {int(count): number for count, number in reading["resampled"].items()}
-    inside = {k: v for k, v in times.items() if k < len(reading["curve"])} or {0: 0}
+    found = measured["readings"][name]  # by criterion
+    times = {int(count): number for count, number in found["resampled"].items()}
+    inside = {k: v for k, v in times.items() if k < len(found["curve"])} or {0: 0}
     best = max(inside, key=lambda count: inside[count])
     return best, inside[best] / sum(times.values())
 
