@@ -47,6 +47,7 @@ if TYPE_CHECKING:
         Movements,
         plot_breaks,
         plot_generations,
+        plot_rollouts_spent,
         plot_tasks,
         slide_generations,
     )

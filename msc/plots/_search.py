@@ -120,10 +120,12 @@ def slide_generations(
     left = places[:, 0, -1, -1] - workspace.target(task_deg)
     error_cm = 100 * np.linalg.norm(left, axis=-1)
     captions = [
-        f"Generation {step + 1}, {trace.evaluations[step]} rollouts so far. Its "
-        f"policies cost {some[0]:#.3g} to {some[-1]:#.3g}; the cheapest ends "
-        f"{away:.2f} cm from the goal."
-        for step, some, away in zip(steps, costs, error_cm, strict=True)
+        f"Generation {step + 1}, {trace.evaluations[step]} rollouts so far; {count} of "
+        f"its {len(place)} policies executed. The cheapest costs {some[0]:#.3g} and "
+        f"ends {away:.2f} cm from the goal."
+        for step, count, some, away in zip(
+            steps, n_executed, costs, error_cm, strict=True
+        )
     ]
     return Slider(
         name="generation",
@@ -137,7 +139,7 @@ def slide_generations(
         poster=_draw_step(workspace, task_deg, trace, int(steps[0])),
         poster_alt=f"The ways of the end effector. {captions[0]}",
         walks=True,
-        legend={"nine policies": STARTS[0], "the cheapest": "currentColor"},
+        legend={"a policy": STARTS[0], "the cheapest": "currentColor"},
     )
 
 
@@ -153,7 +155,7 @@ def _movements_panel(workspace: Workspace, task_deg: float, places: Array) -> Pa
         *(Mark("line", paths, "step", **look) for paths in others),
         Mark("line", best, "step", width=2.5),
     ]
-    alt = "Nine ways of the end effector from above, and the arm at the best one's end."
+    alt = "Ways of the end effector from above, and the arm at the best one's end."
     return world_panel(alt, workspace, marks, square_around(workspace, places))
 
 
@@ -177,9 +179,9 @@ def _costs_panel(trace: SearchTrace, steps: NDArray[np.intp], costs: Array) -> P
             Mark("dots", here[:, :1], "step", width=4.5),
         ],
         aspect=FLAT,
-        x_label="rollouts (thousands)",
+        x_label="rollouts",
         y_label="cost",
-        x_ticks=tuple(float(x) for x in np.arange(0, spent[-1], 0.5)),
+        x_ticks=choose_ticks(0.0, float(spent[-1])),
         y_ticks=tuple(np.log10(ticks).tolist()),
         y_names=tuple(f"{tick:g}" for tick in ticks),
     )
@@ -214,7 +216,7 @@ def _draw_generation(
     """Draw the ways of a generation's policies, the cheapest one dark."""
     _draw_world(axis, workspace, task_deg, trace)
     places = forward_kinematics(trace.joints[number], workspace.link_lengths)
-    best = trace.costs[number].argmin()
+    best = np.nanargmin(trace.costs[number])
     axis.plot(*places[best, -1].T, color="0.65", lw=4, solid_capstyle="round")
     for place in places:
         axis.plot(*place[:, -1].T, color=STARTS[0], lw=1.0)
@@ -237,7 +239,7 @@ def _draw_found(
     _draw_world(axis, workspace, task_deg, traces[0])
     widths = np.linspace(4.5, 1.2, len(traces))  # those below remain visible
     for trace, colour, width in zip(traces, STARTS, widths, strict=False):
-        best = trace.joints[-1, trace.costs[-1].argmin()]
+        best = trace.joints.reshape(-1, *trace.joints.shape[2:])[np.nanargmin(trace.costs)]
         places = forward_kinematics(best, workspace.link_lengths)
         axis.plot(*places[-1].T, color=colour, lw=4, alpha=0.4)
         axis.plot(*places[:, -1].T, color=colour, lw=width)
@@ -250,7 +252,8 @@ def _draw_world(
     draw_world(axis, workspace, task_deg, view="search")
     home = forward_kinematics(workspace.home, workspace.link_lengths)
     axis.plot(*home.T, color="0.85", lw=4)
-    tried = forward_kinematics(trace.joints, workspace.link_lengths)
+    executed = trace.joints[np.isfinite(trace.costs)]
+    tried = forward_kinematics(executed, workspace.link_lengths)
     across, up = square_around(workspace, tried)
     axis.set(xlim=across, ylim=up)
 
@@ -258,10 +261,54 @@ def _draw_world(
 def _draw_costs(axis: Axes, trace: SearchTrace, colour: str) -> None:
     """Draw the costs of a start: of every policy, and the least so far."""
     spent = trace.evaluations
-    every = np.repeat(spent, trace.costs.shape[1])
-    axis.plot(every, trace.costs.ravel(), ".", ms=1.5, alpha=0.25, color=colour)
+    axis.plot(*_executed(trace).T, ".", ms=1.5, alpha=0.25, color=colour)
     axis.plot(spent, trace.best_costs, color=colour, lw=2, label=trace.run.name)
     axis.plot(spent[-1], trace.best_costs[-1], "o", ms=5, color=colour, mec="white")
+
+
+def _executed(trace: SearchTrace) -> Array:
+    """Return rollouts spent and cost of every policy that was executed."""
+    generation, policy = np.isfinite(trace.costs).nonzero()
+    return np.c_[trace.evaluations[generation], trace.costs[generation, policy]]
+
+
+@styled
+def plot_rollouts_spent(
+    traces: Sequence[SearchTrace], plain: Sequence[SearchTrace]
+) -> Figure:
+    """Draw what the surrogate of a search saves.
+
+    Parameters
+    ----------
+    traces : sequence of SearchTrace
+        The starts of one search.
+    plain : sequence of SearchTrace
+        The same starts without a surrogate: plain CMA-ES.
+
+    Returns
+    -------
+    Figure
+        Left the least cost over the rollouts of each start, solid with a surrogate,
+        dashed without; right how many policies of each generation of the first start
+        were executed.
+    """
+    figure, (costs, counts) = plt.subplots(1, 2, figsize=(7.4, 2.9))
+    for kind, style, name in ((traces, "-", "surrogate"), (plain, "--", "plain")):
+        for trace, colour in zip(kind, STARTS, strict=False):
+            label = f"{trace.run.name}, {name}"
+            spent, best = trace.evaluations, trace.best_costs
+            costs.plot(spent, best, style, color=colour, lw=1.5, label=label)
+            costs.plot(spent[-1], best[-1], "o", ms=4, color=colour, mec="white")
+    costs.set(xlabel="rollouts of the start", ylabel="least cost", yscale="log")
+    costs.legend(fontsize=SMALL)
+    executed = np.isfinite(traces[0].costs).sum(axis=1)
+    numbers = np.arange(1, len(executed) + 1)
+    counts.bar(numbers, executed, width=1.0, color=STARTS[0])
+    n_policies = traces[0].costs.shape[1]
+    counts.axhline(n_policies, color="0.5", ls="--", lw=0.8)
+    counts.set(xlabel="generation", ylabel="policies executed")
+    counts.set(xlim=(0.5, len(executed) + 0.5), ylim=(0, n_policies + 0.5))
+    return figure
 
 
 class Movements:
