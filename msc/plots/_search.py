@@ -113,15 +113,20 @@ def slide_generations(
     spaced = np.geomspace(1, n_generations, N_STEPS).round().astype(int)
     steps = np.unique(np.r_[1 : min(13, n_generations + 1), spaced]) - 1
     order = trace.costs[steps].argsort(axis=1)  # the cheapest first
-    ranked = steps[:, None], order
-    policies, costs = trace.policies[ranked], trace.costs[ranked]
+    policies = trace.policies[steps[:, None], order]
+    # Those that were not executed come last: the cheapest covers their marks.
+    n_executed = np.isfinite(trace.costs[steps]).sum(axis=1)
+    n_policies = order.shape[1]
+    executed = np.arange(n_policies) < n_executed[:, None]
+    ranked = steps[:, None], np.where(executed, order, order[:, :1])
+    costs = trace.costs[ranked]
     joints = trace.joints[ranked][:, :, ::EVERY]
     places = forward_kinematics(joints, workspace.link_lengths)
     left = places[:, 0, -1, -1] - workspace.target(task_deg)
     error_cm = 100 * np.linalg.norm(left, axis=-1)
     captions = [
         f"Generation {step + 1}, {trace.evaluations[step]} rollouts so far; {count} of "
-        f"its {len(place)} policies executed. The cheapest costs {some[0]:#.3g} and "
+        f"its {n_policies} policies executed. The cheapest costs {some[0]:#.3g} and "
         f"ends {away:.2f} cm from the goal."
         for step, count, some, away in zip(
             steps, n_executed, costs, error_cm, strict=True
@@ -161,9 +166,9 @@ def _movements_panel(workspace: Workspace, task_deg: float, places: Array) -> Pa
 
 def _costs_panel(trace: SearchTrace, steps: NDArray[np.intp], costs: Array) -> Panel:
     """Show the costs over the rollouts, the chosen generation's marked."""
-    low, high = np.log10(trace.costs.min()), np.log10(trace.costs.max())
-    spent = trace.evaluations / 1000
-    every = np.c_[np.repeat(spent, trace.costs.shape[1]), np.log10(trace.costs).ravel()]
+    spent, every = trace.evaluations, _executed(trace)
+    every[:, 1] = np.log10(every[:, 1])
+    low, high = every[:, 1].min(), every[:, 1].max()
     here = np.stack(np.broadcast_arrays(spent[steps, None], np.log10(costs)), axis=-1)
     digits = (1,) if high - low > 1.5 else (1, 2, 5)
     ticks = [k * 10.0**power for power in range(-4, 4) for k in digits]
@@ -269,7 +274,8 @@ def _draw_costs(axis: Axes, trace: SearchTrace, colour: str) -> None:
 def _executed(trace: SearchTrace) -> Array:
     """Return rollouts spent and cost of every policy that was executed."""
     generation, policy = np.isfinite(trace.costs).nonzero()
-    return np.c_[trace.evaluations[generation], trace.costs[generation, policy]]
+    paid = trace.costs[generation, policy]
+    return np.column_stack([trace.evaluations[generation], paid]).astype(float)
 
 
 @styled

@@ -7,7 +7,7 @@ Assisted CMA-ES", GECCO 2019.
 
 from __future__ import annotations
 
-from collections.abc import Generator, Sequence
+from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
 
 import cma
@@ -22,11 +22,23 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class CmaRun:
-    """One run of CMA-ES: its name, what it found, what that took.
+    """One run of CMA-ES.
 
-    A run that came near the policy of an earlier one is stopped there: `merged_into` is
-    the number of that one, else -1. A run whose first policies all cost the same has
-    nowhere to go: it `failed`.
+    Attributes
+    ----------
+    name : str
+        What it is called: where it began.
+    policy : ndarray of shape (n_params,)
+        The best that it found.
+    cost : float
+        What that costs.
+    evaluations : int
+        Policies executed.
+    merged_into : int
+        Number of the earlier run at whose policy it was stopped, else -1.
+    failed : bool
+        Whether it ended with its first generation, all policies of which cost the
+        same: it had nowhere to go.
     """
 
     name: str
@@ -38,6 +50,7 @@ class CmaRun:
 
 
 def minimize(
+    costs: Callable[[Array], Sequence[float]],
     x0: Array,
     sigma0: float,
     rng: np.random.Generator,
@@ -46,12 +59,13 @@ def minimize(
     name: str = "start",
     known: Sequence[CmaRun] = (),
     options: SearchOptions,
-    seen: list[tuple[Array, Array]] | None = None,
-) -> Generator[Array, Sequence[float], CmaRun]:
+) -> CmaRun:
     """Run CMA-ES until it converges, stalls or comes near the policy of a known run.
 
     Parameters
     ----------
+    costs : callable
+        Gives the costs of policies, an array of shape (n_policies, n_params).
     x0 : ndarray of shape (n_params,)
         Where to begin.
     sigma0 : float
@@ -65,19 +79,51 @@ def minimize(
     known : sequence of CmaRun, optional
         Earlier runs, at which this one may be stopped or given up.
     options : SearchOptions
-        When a run ends, and what is near.
-    seen : list, optional
-        Gets the policies of each generation and their costs, NaN if not asked for.
-
-    Yields
-    ------
-    ndarray of shape (n_policies, n_params)
-        Policies, for whose costs it waits.
+        When a run ends, what is near, and how far the surrogate is believed.
 
     Returns
     -------
     CmaRun
         What was found.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from msc.search import SearchOptions, minimize
+    >>> def costs(policies):
+    ...     return 1 + ((policies - 3) ** 2).sum(axis=1)
+    >>> rng = np.random.default_rng(0)
+    >>> run = minimize(
+    ...     costs, np.zeros(6), 1.0, rng, np.eye(6), options=SearchOptions()
+    ... )
+    >>> run.policy.round(2)
+    array([3., 3., 3., 3., 3., 3.])
+    """
+    asking = minimize_steps(
+        x0, sigma0, rng, sqrt_cov, name=name, known=known, options=options
+    )
+    policies = next(asking)
+    while True:
+        try:
+            policies = asking.send(costs(policies))
+        except StopIteration as end:
+            return end.value  # type: ignore[no-any-return]
+
+
+def minimize_steps(
+    x0: Array,
+    sigma0: float,
+    rng: np.random.Generator,
+    sqrt_cov: Array,
+    *,
+    name: str,
+    known: Sequence[CmaRun],
+    options: SearchOptions,
+    seen: list[tuple[Array, Array]] | None = None,
+) -> Generator[Array, Sequence[float], CmaRun]:
+    """Run as `minimize` does; yield policies and be sent their costs.
+
+    `seen` gets the policies of each generation and their costs, NaN if not asked for.
     """
     strategy = cma.CMAEvolutionStrategy(
         np.zeros(len(x0)),
@@ -97,8 +143,9 @@ def minimize(
     transform = sigma0 * sqrt_cov
     surrogate = _Surrogate(options)
     policies = np.array([run.policy for run in known])
-    reach = options.near * np.linalg.norm(policies, axis=-1)
-    reach *= [not run.failed for run in known] if known else 1  # none joins those
+    reach = options.near * np.array(
+        [0.0 if run.failed else np.linalg.norm(run.policy) for run in known]
+    )
     paid = np.array([run.cost for run in known])
     policy, best, evaluations, merged_into = x0, np.inf, 0, -1
     earlier = [np.inf] * options.stalled  # best costs after the last generations

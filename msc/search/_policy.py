@@ -20,7 +20,7 @@ from msc.robot import (
     check_policies,
     forward_kinematics,
 )
-from msc.search._cmaes import CmaRun, minimize
+from msc.search._cmaes import CmaRun, minimize_steps
 from msc.search._lockstep import Search, run_in_lockstep
 from msc.search._options import SearchOptions
 
@@ -65,7 +65,7 @@ class SearchResult:
     @property
     def winner(self) -> str:
         """Name of the run that gave the policy."""
-        return self.runs[self._best].name
+        return _best(self.runs).name
 
     @property
     def n_agreeing(self) -> int:
@@ -78,25 +78,27 @@ class SearchResult:
 
         A small margin tells of two behaviours that are nearly tied.
         """
-        costs = [run.cost for run in self._others]
+        costs = [run.cost for run in self._others if not run.failed]
         return min(costs) - self.cost if costs else float("nan")
 
     @property
-    def _best(self) -> int:
-        """Number of the run that gave the policy."""
-        costs = [run.cost for run in self.runs]
-        return costs.index(min(costs))
-
-    @property
     def _others(self) -> list[CmaRun]:
-        """Runs that did not end at the policy."""
+        """Runs that did not end at the policy, those that failed among them."""
         ends = [
             number if run.merged_into < 0 else run.merged_into
             for number, run in enumerate(self.runs)
         ]
         reach = self.same * np.linalg.norm(self.policy)
-        there = [np.linalg.norm(run.policy - self.policy) <= reach for run in self.runs]
+        there = [
+            not run.failed and np.linalg.norm(run.policy - self.policy) <= reach
+            for run in self.runs
+        ]
         return [run for run, end in zip(self.runs, ends, strict=True) if not there[end]]
+
+
+def _best(runs: Sequence[CmaRun]) -> CmaRun:
+    """Return the cheapest run, of those that did not fail if there are any."""
+    return min(runs, key=lambda run: (run.failed, run.cost))
 
 
 def cost(rollout: Rollout) -> float:
@@ -161,6 +163,8 @@ def search_policy(
     ValueError
         If there is no start at all, an argument is not a number as wanted, or the
         incumbent is of another task.
+    RuntimeError
+        If the cost is flat around every start.
 
     Examples
     --------
@@ -217,7 +221,13 @@ def search_steps(
         runs.append((yield from task.run(runs, (f"given {number}", policy))))
     for _ in range(n_starts):
         runs.append((yield from task.run(runs)))
-    best = min(runs, key=lambda run: run.cost)
+    best = _best(runs)
+    if best.failed:
+        raise RuntimeError(
+            f"task {task_deg:g}°: all {len(runs)} starts ended with their first "
+            f"generation, whose costs differ by less than {options.tolerance:g}; wanted "
+            "a cost that tells policies apart, or a smaller tolerance"
+        )
     [rollout] = yield best.policy[np.newaxis]
     return SearchResult(
         task_deg=float(task_deg),
@@ -261,7 +271,7 @@ class _Task:
             number = sum(run.name.startswith("start") for run in runs)
             step = self._options.first_step * self._dmp.spring
             name, x0 = f"start {number}", random_start(number, step, self._dmp, rng)
-        asking = minimize(
+        asking = minimize_steps(
             x0,
             step,
             rng,
