@@ -35,10 +35,21 @@ def searches(monkeypatch):
             found = np.asarray(policy(task_deg), dtype=float)
             return SearchResult(task_deg, found, cost, 0.0, 0.0, 0.0, ())
 
-        monkeypatch.setattr(msc.search._audit, "search_policy", search)
+        install_search(monkeypatch, search)
         return search
 
     return install
+
+
+def install_search(monkeypatch, search):
+    """Have audits search so, alone and in lock-step."""
+
+    def steps(*arguments, **options):
+        return search(*arguments, **options)
+        yield  # nothing is executed
+
+    monkeypatch.setattr(msc.search._audit, "search_policy", search)
+    monkeypatch.setattr(msc.search._audit, "search_steps", steps)
 
 
 # Executed again
@@ -146,7 +157,7 @@ def test_options_are_heeded_and_told(table, searches, monkeypatch):
         asked.append(more["options"])
         return search(*arguments)
 
-    monkeypatch.setattr(msc.search._audit, "search_policy", note)
+    install_search(monkeypatch, note)
     command = audit_table(table, n_sample=2, options=brief)["provenance"]["command"]
     assert command.endswith(" --seed 1 --set max_evaluations=18")
     assert len(asked) >= 2

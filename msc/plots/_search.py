@@ -244,8 +244,8 @@ def _draw_found(
     _draw_world(axis, workspace, task_deg, traces[0])
     widths = np.linspace(4.5, 1.2, len(traces))  # those below remain visible
     for trace, colour, width in zip(traces, STARTS, widths, strict=False):
-        best = trace.joints.reshape(-1, *trace.joints.shape[2:])[np.nanargmin(trace.costs)]
-        places = forward_kinematics(best, workspace.link_lengths)
+        best = np.unravel_index(np.nanargmin(trace.costs), trace.costs.shape)
+        places = forward_kinematics(trace.joints[best], workspace.link_lengths)
         axis.plot(*places[-1].T, color=colour, lw=4, alpha=0.4)
         axis.plot(*places[:, -1].T, color=colour, lw=width)
 

@@ -15,8 +15,9 @@ from numpy.typing import NDArray
 from msc._parallel import call_in_order
 from msc.data import Dataset, describe_origin, find_jumps, load_dataset, read_package
 from msc.robot import Arm, Workspace
+from msc.search._lockstep import N_PARALLEL, run_in_lockstep
 from msc.search._options import SearchOptions
-from msc.search._policy import SearchResult, search_policy
+from msc.search._policy import SearchResult, search_policy, search_steps
 
 N_STARTS = 4  # of a search done again, none of them from a known policy
 LOWER = 0.005  # a cost this share below the stored one tells of a missed policy
@@ -95,7 +96,7 @@ def audit_table(
         "seed": seed,
         "provenance": describe_origin(command, path),
         "executed": _execute_again(where, data),
-        "searched": _search_again(where, sample, search, call),
+        "searched": _search_again(where, sample, seed, options, call),
         "jumps": _bisect_jumps(where, data, search, call),
     }
 
@@ -133,19 +134,34 @@ def _execute_again(workspace: Workspace, data: Dataset) -> dict[str, Any]:
 
 
 def _search_again(
-    workspace: Workspace, sample: pd.DataFrame, search: _Search, call: _Call
+    workspace: Workspace,
+    sample: pd.DataFrame,
+    seed: int,
+    options: SearchOptions,
+    call: _Call,
 ) -> dict[str, Any]:
     """Search tasks from scratch and compare the costs with the stored ones."""
-    search = partial(search, n_starts=N_STARTS)
     tasks = sample["task_deg"].to_list()
-    found = call(search, [(workspace, task) for task in tasks], label="searched again")
-    changes = [result.cost for result in found] / sample["cost"] - 1
+    shares = [tasks[k : k + N_PARALLEL] for k in range(0, len(tasks), N_PARALLEL)]
+    calls = [(workspace, share, seed, options) for share in shares]
+    found = call(_search_share, calls, label="searched again")
+    changes = np.concatenate(found) / sample["cost"] - 1
     return {
         "task_deg": tasks,
         "change_of_cost": changes.to_list(),
         "n_cheaper": int((changes < -LOWER).sum()),
         "n_starts": N_STARTS,
     }
+
+
+def _search_share(
+    workspace: Workspace, tasks: Sequence[float], seed: int, options: SearchOptions
+) -> list[float]:
+    """Search some tasks from scratch, in a worker; return their costs."""
+    search = partial(search_steps, seed=seed, n_starts=N_STARTS, options=options)
+    searches = [(task, search(workspace, task)) for task in tasks]
+    found = dict(run_in_lockstep(workspace, searches))
+    return [found[number].cost for number in range(len(tasks))]
 
 
 def _bisect_jumps(

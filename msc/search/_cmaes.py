@@ -107,7 +107,8 @@ def minimize(
         try:
             policies = asking.send(costs(policies))
         except StopIteration as end:
-            return end.value  # type: ignore[no-any-return]
+            found: CmaRun = end.value
+            return found
 
 
 def minimize_steps(
@@ -150,7 +151,9 @@ def minimize_steps(
     policy, best, evaluations, merged_into = x0, np.inf, 0, -1
     earlier = [np.inf] * options.stalled  # best costs after the last generations
     while (
-        merged_into < 0 and evaluations <= options.max_evaluations and not strategy.stop()
+        merged_into < 0
+        and evaluations <= options.max_evaluations
+        and not strategy.stop()
     ):
         asked = np.array(strategy.ask())
         tried = x0 + asked @ transform.T
@@ -197,7 +200,7 @@ class _Surrogate:
 
     @property
     def optimum(self) -> list[Array]:
-        """Where the model is least: a policy for the next generation; none if unused."""
+        """Where the model is least, for the next generation; nothing if unused."""
         return [self._model.xopt] if self._agreement <= 1 else []
 
     def evaluate(

@@ -35,11 +35,11 @@ class SearchOptions:
         A run ends once the costs of its generations differ by less.
     max_evaluations : int, default=4000
         A run ends with the generation whose rollouts exceed this; converged runs take
-        400 to 2000.
-    patience : int, default=1200
+        60 to 1000.
+    patience : int, default=400
         Rollouts after which a run that is still twice as dear as the cheapest known one
         is given up: most runs have converged by then.
-    stalled : int, default=40
+    stalled : int, default=20
         Generations that a run may go on without gaining.
     gain : float, default=1e-5
         Share of the best cost that these must gain; less is below what the comparison
@@ -74,8 +74,8 @@ class SearchOptions:
     agreement: float = 0.85
     tolerance: float = 1e-7
     max_evaluations: int = 4000
-    patience: int = 1200
-    stalled: int = 40
+    patience: int = 400
+    stalled: int = 20
     gain: float = 1e-5
     near: float = 0.05
     same: float = 0.01

@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike, NDArray
 
 from msc.robot import (
     DMP,
-    Arm,
     Rollout,
     Workspace,
     cached_arm,
@@ -225,8 +224,8 @@ def search_steps(
     if best.failed:
         raise RuntimeError(
             f"task {task_deg:g}°: all {len(runs)} starts ended with their first "
-            f"generation, whose costs differ by less than {options.tolerance:g}; wanted "
-            "a cost that tells policies apart, or a smaller tolerance"
+            f"generation: costs within {options.tolerance:g}; wanted a cost that tells "
+            "policies apart, or a smaller tolerance"
         )
     [rollout] = yield best.policy[np.newaxis]
     return SearchResult(
@@ -287,7 +286,8 @@ class _Task:
             try:
                 policies = asking.send([cost(rollout) for rollout in rollouts])
             except StopIteration as end:
-                return end.value
+                found: CmaRun = end.value
+                return found
 
 
 def random_start(

@@ -229,12 +229,12 @@ def _steps(
     """Search one task: from its neighbours, and independently where these disagree."""
     search = partial(search_steps, plan.workspace, plan.tasks_deg[k])
     search = partial(search, seed=plan.seed, options=plan.options)
-    if incumbent:
-        return (yield from search(n_starts=0, start_policies=starts, incumbent=incumbent))
-    if not starts:
-        return (yield from search(n_starts=plan.n_starts))
-    result = yield from search(n_starts=1, start_policies=starts)
-    if result.n_agreeing < len(result.runs):
+    result = yield from search(
+        n_starts=0 if incumbent else 1 if starts else plan.n_starts,
+        start_policies=starts,
+        incumbent=incumbent,
+    )
+    if not incumbent and starts and result.n_agreeing < len(result.runs):
         result = yield from search(n_starts=plan.n_starts - 1, incumbent=result)
     return result
 
