@@ -4,13 +4,14 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import msc.search._audit
+import msc.study._audit
 from msc import SearchResult, Workspace, load_dataset
 from msc._parallel import call_in_order
 from msc.data import Dataset, find_data, save_table
 from msc.plots import jump_table, quality_table
-from msc.search import SearchOptions, SweepPlan, audit_table, grid, search_tasks
-from msc.search._audit import _bisect, _bisect_jumps, _find_workspace
+from msc.search import SearchOptions, SweepPlan, grid, search_tasks
+from msc.study import audit_table
+from msc.study._audit import _bisect, _bisect_jumps, _find_workspace
 
 free = Workspace.free()
 brief = SearchOptions(max_evaluations=18)
@@ -42,14 +43,13 @@ def searches(monkeypatch):
 
 
 def install_search(monkeypatch, search):
-    """Have audits search so, alone and in lock-step."""
+    """Have audits search so, tasks alone and together."""
 
-    def steps(*arguments, **options):
-        return search(*arguments, **options)
-        yield  # nothing is executed
+    def several(workspace, tasks_deg, **options):
+        return [search(workspace, task, **options) for task in tasks_deg]
 
-    monkeypatch.setattr(msc.search._audit, "search_policy", search)
-    monkeypatch.setattr(msc.search._audit, "search_steps", steps)
+    monkeypatch.setattr(msc.study._audit, "search_policy", search)
+    monkeypatch.setattr(msc.study._audit, "search_policies", several)
 
 
 # Executed again

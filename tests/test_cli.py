@@ -34,10 +34,10 @@ import msc.search._sweep
 
 really = msc.search._sweep._search
 
-def search(plan, k, *arguments):
-    if k >= 2:
+def search(plan, work):
+    if min(work) >= 2:
         time.sleep(300)
-    return really(plan, k, *arguments)
+    return really(plan, work)
 
 msc.search._sweep._search = search
 """
@@ -165,7 +165,7 @@ def test_a_search_on_a_full_disk_leaves_the_old_table_and_goes_on(whole, here):
 
 def test_a_search_that_another_does_is_refused(monkeypatch, capsys):
     old = save_old_table(Path("free.csv"))
-    monkeypatch.setattr(msc.search._sweep, "search_policy", None)
+    monkeypatch.setattr(msc.search._sweep, "search_steps", None)
     with Journal(Path(".free.csv.partial"), "another plan"):
         assert main([*SEARCH, "--out", "free.csv"]) == 2
     err = capsys.readouterr().err
@@ -192,7 +192,7 @@ def test_what_was_found_survives_a_full_disk(monkeypatch, capsys):
         assert main([*SEARCH, "--out", "free.csv"]) == 2
     assert "No space left on device: free.csv" in capsys.readouterr().err
     assert files() == [".free.csv.partial"]
-    monkeypatch.setattr(msc.search._sweep, "search_policy", None)
+    monkeypatch.setattr(msc.search._sweep, "search_steps", None)
     assert main([*SEARCH, "--out", "free.csv"]) == 0
 
 
@@ -201,7 +201,7 @@ BROKEN = [b"{", b"[]", b'{"resources": [{}]}', b"{}", b"\xff"]
 
 @pytest.mark.parametrize("content", BROKEN)
 def test_a_broken_data_package_is_named_before_the_search(content, monkeypatch, capsys):
-    monkeypatch.setattr(msc.search._sweep, "search_policy", None)
+    monkeypatch.setattr(msc.search._sweep, "search_steps", None)
     Path("new").mkdir()
     Path("new/datapackage.json").write_bytes(content)
     assert main([*SEARCH, "--out", "new/free.csv"]) == 2
@@ -258,7 +258,7 @@ def test_a_search_whose_worker_is_killed_goes_on_to_the_same_bytes(whole, here):
     [
         ("msc.study._study._fit_and_test", ["evaluate", "--out-dir", "new"]),
         (
-            "msc.search._audit.search_policy",
+            "msc.study._audit.search_policies",
             ["audit", str(find_data() / "free_test.csv")],
         ),
         ("msc.study._calibration._walk", ["survey", "cut", "--out", "new/cut.json"]),

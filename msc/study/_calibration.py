@@ -148,6 +148,7 @@ def _look_at(
 ) -> dict[str, Any]:
     """Search a layout without dynamics: two starts a task, then the neighbours'."""
     dmp = DMP()
+    options = replace(options, agreement=2.0)  # costs are cheaper than a surrogate
     workspace = replace(Workspace.free(), circles=random_circles(layout))
     first, small = options.first_step * dmp.spring, options.small_step * dmp.spring
     tasks = grid(n_tasks)

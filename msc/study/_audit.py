@@ -15,9 +15,13 @@ from numpy.typing import NDArray
 from msc._parallel import call_in_order
 from msc.data import Dataset, describe_origin, find_jumps, load_dataset, read_package
 from msc.robot import Arm, Workspace
-from msc.search._lockstep import N_PARALLEL, run_in_lockstep
-from msc.search._options import SearchOptions
-from msc.search._policy import SearchResult, search_policy, search_steps
+from msc.search import (
+    N_PARALLEL,
+    SearchOptions,
+    SearchResult,
+    search_policies,
+    search_policy,
+)
 
 N_STARTS = 4  # of a search done again, none of them from a known policy
 LOWER = 0.005  # a cost this share below the stored one tells of a missed policy
@@ -143,25 +147,18 @@ def _search_again(
     """Search tasks from scratch and compare the costs with the stored ones."""
     tasks = sample["task_deg"].to_list()
     shares = [tasks[k : k + N_PARALLEL] for k in range(0, len(tasks), N_PARALLEL)]
-    calls = [(workspace, share, seed, options) for share in shares]
-    found = call(_search_share, calls, label="searched again")
-    changes = np.concatenate(found) / sample["cost"] - 1
+    search = partial(search_policies, seed=seed, n_starts=N_STARTS, options=options)
+    found = call(
+        search, [(workspace, share) for share in shares], label="searched again"
+    )
+    costs = np.array([result.cost for share in found for result in share])
+    changes = costs / sample["cost"] - 1
     return {
         "task_deg": tasks,
         "change_of_cost": changes.to_list(),
         "n_cheaper": int((changes < -LOWER).sum()),
         "n_starts": N_STARTS,
     }
-
-
-def _search_share(
-    workspace: Workspace, tasks: Sequence[float], seed: int, options: SearchOptions
-) -> list[float]:
-    """Search some tasks from scratch, in a worker; return their costs."""
-    search = partial(search_steps, seed=seed, n_starts=N_STARTS, options=options)
-    searches = [(task, search(workspace, task)) for task in tasks]
-    found = dict(run_in_lockstep(workspace, searches))
-    return [found[number].cost for number in range(len(tasks))]
 
 
 def _bisect_jumps(
