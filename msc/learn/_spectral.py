@@ -135,9 +135,7 @@ def _smallest_of_one(affinity: sp.csr_array, k: int, seed: int) -> tuple[Array, 
     return find(factors.solve)
 
 
-def _lanczos(
-    product: Product, known: Array, k: int, rng: np.random.Generator
-) -> Array:
+def _lanczos(product: Product, known: Array, k: int, rng: np.random.Generator) -> Array:
     """Find a matrix' k eigenvectors of largest eigenvalues that are not known."""
 
     def apart(vector: Array) -> Array:
