@@ -300,6 +300,12 @@ def test_components_are_those_of_the_graph(seed, n_points, n_neighbors, form):
     assert model.n_components_ == n_components
 
 
+def test_there_may_be_more_components_than_eigenvalues():
+    X = np.c_[np.tile(np.arange(6.0), 100), np.repeat(100.0 * np.arange(100), 6)]
+    model = SMCE(2, n_neighbors=4, random_state=0).fit(X)
+    assert model.n_components_ == 100 > len(model.eigenvalues_)
+
+
 @pytest.mark.parametrize("regularization", [10, 30, 100])
 @pytest.mark.parametrize("n_clusters", [4, None])
 @pytest.mark.parametrize("form", FORMS)

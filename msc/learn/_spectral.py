@@ -14,7 +14,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.linalg import LinAlgError, eigh
 from scipy.sparse.csgraph import connected_components, dijkstra
-from scipy.sparse.linalg import ArpackNoConvergence, LinearOperator, eigsh, splu
+from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh, splu
 from sklearn.cluster import KMeans
 from threadpoolctl import threadpool_limits
 
@@ -122,7 +122,7 @@ def _smallest_of_one(affinity: sp.csr_array, k: int, seed: int) -> tuple[Array, 
         return values, vectors
 
     if dijkstra(affinity, unweighted=True, indices=0).max() <= _DEEP:
-        with contextlib.suppress(ArpackNoConvergence):
+        with contextlib.suppress(ArpackError):
             return find(lambda vector: 2 * vector - laplacian @ vector)
     # The small eigenvalues of a long chain lie very close: those of the inverse do not.
     shifted = laplacian - _SHIFT * sp.eye_array(len(null))
