@@ -34,6 +34,7 @@ LENGTH_SCALE_BOUNDS = (1e-2, 1e2)  # rad; bounds of the length scale
 LENGTH_SCALES = (0.2, 0.7, 2.5)  # rad; starts of the likelihood's search
 _STEP = np.log(LENGTH_SCALES[-1] / LENGTH_SCALES[0]) / 4  # of the search, in log
 _CLOSE = 1e-4  # of log length scales: as good as equal
+_ROUNDS = 12  # of the search, at most
 _RATIOS = 43  # of noise to amplitude that are tried first: three a decade
 _SAMPLE = 512  # tasks among which nodes of a kernel are sought first
 _ROUNDING = 1e-15  # of a kernel whose value at equal tasks is 1
@@ -323,7 +324,7 @@ def fit_together(
         bounds = np.column_stack([first.kernel.theta] * 2)
     box = np.exp(bounds)[[0, 2]] + [[0.0], [first.alpha]]  # which the noise contains
     mean, spread = Y.mean(axis=0), Y.std(axis=0)
-    spread[spread < 10 * np.finfo(float).eps] = 1.0  # as scikit-learn has it
+    spread[spread == 0.0] = 1.0
     targets = (Y - mean) / spread
     known: dict[float, Array] = {}  # -log p of each target, by log length scale
     best: list[Any] = [(np.inf,)] * n_targets
@@ -339,7 +340,7 @@ def fit_together(
                 best[k] = known[at][k], *parts
         return known[at]
 
-    _search(look, known, n_targets, *bounds[1])
+    _search(look, known, *bounds[1])
     for k, process in enumerate(processes):
         _, at, likelihood, amplitude, ratio, eigen, z = best[k]
         theta = [np.log(amplitude), at, np.log(ratio * amplitude - first.alpha)]
@@ -424,35 +425,41 @@ def _profile(
 
 
 def _search(
-    look: Callable[[float], Array],
-    known: dict[float, Array],
-    n_targets: int,
-    low: float,
-    high: float,
+    look: Callable[[float], Array], known: dict[float, Array], low: float, high: float
 ) -> None:
     """Look at length scales until every target's likeliest one is known."""
     grid = np.log(LENGTH_SCALES[0]) + _STEP * np.arange(-99, 99)
-    grid = np.unique([low, *grid[(low < grid) & (grid < high)], high])
-    for k in range(n_targets):
-        for start in np.log(LENGTH_SCALES):
-            here, last = None, np.abs(grid - start).argmin()
-            while here != last:  # downhill, to the better neighbour
-                here = last
-                beside = [here, max(here - 1, 0), min(here + 1, len(grid) - 1)]
-                last = min(beside, key=lambda i: look(grid[i])[k])
-        for _ in range(20):  # then to the least of a curve through what is known there
-            points = sorted((at, found[k]) for at, found in known.items())
-            x, y = np.array([each for each in points if each[1] < np.inf]).T
-            i = y.argmin()
-            near = slice(max(i - 2, 0), i + 3)
+    for at in np.unique([low, *grid[(low < grid) & (grid < high)], high]):
+        look(at)
+    for _ in range(_ROUNDS):
+        x = np.sort([*known])
+        found = [_likeliest(x, y) for y in np.array([known[at] for at in x]).T]
+        for at in found:
+            look(x[np.abs(x - at).argmin()] if np.abs(x - at).min() < _CLOSE else at)
+        if len(known) == len(x):
+            break
+
+
+def _likeliest(x: Array, y: Array) -> float:
+    """Return where the least of a function may be, by curves through what is known."""
+    x, y = x[y < np.inf], y[y < np.inf]
+    padded = np.concatenate([[np.inf], y, [np.inf]])
+    found = []
+    for i in np.flatnonzero((y <= padded[:-2]) & (y <= padded[2:])):
+        below, above = x[max(i - 1, 0)], x[min(i + 1, len(x) - 1)]
+        for width in (2, 1):  # of neighbours on either side
+            near = slice(max(i - width, 0), i + width + 1)
             curve, _ = Polynomial.fit(x[near], y[near], len(x[near]) - 1, full=True)
             flat = curve.deriv().roots()
             flat = flat[np.abs(flat.imag) < _CLOSE].real
-            inside = (x[max(i - 1, 0)] < flat) & (flat < x[min(i + 1, len(x) - 1)])
-            best = min([x[i], *flat[inside]], key=curve)
-            if np.abs(x - best).min() < _CLOSE:
+            flat = flat[(below < flat) & (flat < above)]
+            at = min([x[i], *flat], key=curve)
+            if abs(at - x[i]) > _CLOSE:
                 break
-            look(best)
+        if at == x[i]:  # an end: the least may still be within
+            at = np.clip(at, below + _STEP / 9, above - _STEP / 9)
+        found.append((float(curve(at)), float(at)))
+    return min(found)[1]
 
 
 def _refine(
