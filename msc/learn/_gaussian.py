@@ -246,13 +246,10 @@ class GaussianProcess(_AtBounds, GaussianProcessRegressor):  # type: ignore[misc
     def fit(self, X: Any, y: Any) -> Self:
         """Fit as scikit-learn's does."""
         self._eigen = None
-        X, y = validate_data(
-            self, X, y, multi_output=True, y_numeric=True, dtype=np.float64
-        )
-        if y.ndim > 1 or not self.is_quick():
+        if np.ndim(y) > 1 or not self.is_quick():
             return super().fit(X, y)
-        fit_together([self], X, y[:, None])
-        return self
+        X, y = validate_data(self, X, y, y_numeric=True, dtype=np.float64)
+        return fit_together([self], X, y[:, None])[0]
 
     def predict(self, X: Any, return_std: bool = False, return_cov: bool = False) -> Any:
         """Predict as scikit-learn's does."""
@@ -292,7 +289,7 @@ class GaussianProcess(_AtBounds, GaussianProcessRegressor):  # type: ignore[misc
 
 def fit_together(
     processes: list[GaussianProcess], X: Array, Y: Array, *, shared: bool = False
-) -> None:
+) -> list[GaussianProcess]:
     """Fit processes of the same parameters to a column each, with one decomposition.
 
     Parameters
@@ -305,6 +302,11 @@ def fit_together(
         Targets.
     shared : bool, default=False
         Whether they share length scale and ratio of noise to amplitude.
+
+    Returns
+    -------
+    list of n_targets GaussianProcess
+        The same, fitted.
 
     Notes
     -----
@@ -334,23 +336,25 @@ def fit_together(
             kernel = first.kernel.k1.k2.clone_with_theta([at])
             eigen, z, rest = _decompose(kernel, X, targets)
             unlikely, *found = _profile(eigen.values, z**2, rest, len(X), box, shared)
-            known[at] = np.full(n_targets, unlikely.sum()) if shared else unlikely
-            for k in np.flatnonzero(known[at] < [have[0] for have in best]):
-                parts = at, -unlikely[k], *(each[k] for each in found), eigen, z[:, k]
-                best[k] = known[at][k], *parts
+            known[at] = unlikely.sum(keepdims=True) if shared else unlikely
+            for k, value in enumerate(np.broadcast_to(known[at], n_targets)):
+                if value < best[k][0]:
+                    parts = (each[k] for each in (unlikely, *found, z.T))
+                    best[k] = value, at, eigen, *parts
         return known[at]
 
     _search(look, known, *bounds[1])
     for k, process in enumerate(processes):
-        _, at, likelihood, amplitude, ratio, eigen, z = best[k]
+        _, at, eigen, unlikely, amplitude, ratio, z = best[k]
         theta = [np.log(amplitude), at, np.log(ratio * amplitude - first.alpha)]
         process.kernel_ = first.kernel.clone_with_theta(np.clip(theta, *bounds.T))
-        process.log_marginal_likelihood_value_ = float(likelihood)
+        process.log_marginal_likelihood_value_ = -float(unlikely)
         process.X_train_, process.y_train_ = X, targets[:, k]
         process._y_train_mean, process._y_train_std = mean[k], spread[k]
         process._eigen, process._damped = eigen, eigen.values + ratio
         process._weights = z / process._damped
         process.n_features_in_ = X.shape[1]
+    return processes
 
 
 class _Eigen(NamedTuple):
