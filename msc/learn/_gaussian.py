@@ -32,9 +32,10 @@ Array = NDArray[np.float64]
 
 LENGTH_SCALE_BOUNDS = (1e-2, 1e2)  # rad; bounds of the length scale
 LENGTH_SCALES = (0.2, 0.7, 2.5)  # rad; starts of the likelihood's search
-_STEP = np.log(LENGTH_SCALES[-1] / LENGTH_SCALES[0]) / 4  # of the search, in log
 _CLOSE = 1e-4  # of log length scales: as good as equal
-_ROUNDS = 12  # of the search, at most
+_FLAT = 1e-6  # differences of a log likelihood that says nothing
+_ROUNDS = 20  # of the search, at most
+_END = 0.05  # how far from an end of the search a least within is sought
 _RATIOS = 43  # of noise to amplitude that are tried first: three a decade
 _SAMPLE = 512  # tasks among which nodes of a kernel are sought first
 _ROUNDING = 1e-15  # of a kernel whose value at equal tasks is 1
@@ -290,7 +291,7 @@ class GaussianProcess(_AtBounds, GaussianProcessRegressor):  # type: ignore[misc
 def fit_together(
     processes: list[GaussianProcess], X: Array, Y: Array, *, shared: bool = False
 ) -> list[GaussianProcess]:
-    """Fit processes of the same parameters to a column each, with one decomposition.
+    """Fit processes of the same parameters to a column each, as if each were alone.
 
     Parameters
     ----------
@@ -301,59 +302,48 @@ def fit_together(
     Y : ndarray of shape (n_tasks, n_targets)
         Targets.
     shared : bool, default=False
-        Whether they share length scale and ratio of noise to amplitude.
+        Whether they share length scale and ratio of noise to amplitude instead: those
+        under which all targets together are the likeliest.
 
     Returns
     -------
     list of n_targets GaussianProcess
         The same, fitted.
-
-    Notes
-    -----
-    With the kernel's matrix K = U diag(d) U', of rank r, z = U'y and the ratio q of
-    noise to amplitude a, the marginal likelihood p of a target y is (Rasmussen and
-    Williams, 2006, Eq. 5.8)::
-
-        -2 log p = n log(2 pi a) + sum_i log(d_i + q) + (n - r) log q + S / a
-               S = sum_i z_i^2 / (d_i + q) + (y'y - z'z) / q
-
-    For given K and q the best a is S / n or, since -log p has one minimum in a, the
-    bound that is nearest. Bounds of the noise q a are bounds of a.
     """
-    first, n_targets = processes[0], Y.shape[1]
+    first, known = processes[0], {}
     bounds = first.kernel.bounds
     if first.optimizer is None:
         bounds = np.column_stack([first.kernel.theta] * 2)
-    box = np.exp(bounds)[[0, 2]] + [[0.0], [first.alpha]]  # which the noise contains
-    mean, spread = Y.mean(axis=0), Y.std(axis=0)
-    spread[spread == 0.0] = 1.0
-    targets = (Y - mean) / spread
-    known: dict[float, Array] = {}  # -log p of each target, by log length scale
-    best: list[Any] = [(np.inf,)] * n_targets
+    box = np.exp(bounds)[[0, 2]] + [[0.0], [first.alpha]]  # alpha adds to the noise
 
-    def look(at: float) -> Array:
+    def decompose(at: float) -> tuple[_Eigen, Array]:
         if at not in known:
-            kernel = first.kernel.k1.k2.clone_with_theta([at])
-            eigen, z, rest = _decompose(kernel, X, targets)
-            unlikely, *found = _profile(eigen.values, z**2, rest, len(X), box, shared)
-            known[at] = unlikely.sum(keepdims=True) if shared else unlikely
-            for k, value in enumerate(np.broadcast_to(known[at], n_targets)):
-                if value < best[k][0]:
-                    parts = (each[k] for each in (unlikely, *found, z.T))
-                    best[k] = value, at, eigen, *parts
+            known[at] = _decompose(first.kernel.k1.k2.clone_with_theta([at]), X)
         return known[at]
 
-    _search(look, known, *bounds[1])
-    for k, process in enumerate(processes):
-        _, at, eigen, unlikely, amplitude, ratio, z = best[k]
-        theta = [np.log(amplitude), at, np.log(ratio * amplitude - first.alpha)]
-        process.kernel_ = first.kernel.clone_with_theta(np.clip(theta, *bounds.T))
-        process.log_marginal_likelihood_value_ = -float(unlikely)
-        process.X_train_, process.y_train_ = X, targets[:, k]
-        process._y_train_mean, process._y_train_std = mean[k], spread[k]
-        process._eigen, process._damped = eigen, eigen.values + ratio
-        process._weights = z / process._damped
-        process.n_features_in_ = X.shape[1]
+    columns = [[*range(len(processes))]] if shared else [[k] for k in range(len(Y.T))]
+    for some in columns:
+        mean, spread = Y[:, some].mean(axis=0), Y[:, some].std(axis=0)
+        spread[spread == 0.0] = 1.0
+        targets = (Y[:, some] - mean) / spread
+
+        def look(at: float, targets: Array = targets) -> tuple[float, tuple[Any, ...]]:
+            eigen, vectors = decompose(at)
+            z = vectors.T @ targets
+            rest = ((targets - vectors @ z) ** 2).sum(axis=0)
+            unlikely, *found = _profile(eigen.values, z**2, rest, len(X), box)
+            return unlikely.sum(), (at, eigen, unlikely, z, *found)
+
+        at, eigen, unlikely, z, amplitude, ratio = _search(look, *bounds[1])
+        for i, process in enumerate(processes[k] for k in some):
+            theta = [np.log(amplitude[i]), at, np.log(ratio * amplitude[i] - first.alpha)]
+            process.kernel_ = first.kernel.clone_with_theta(np.clip(theta, *bounds.T))
+            process.log_marginal_likelihood_value_ = -float(unlikely[i])
+            process.X_train_, process.y_train_ = X, targets[:, i]
+            process._y_train_mean, process._y_train_std = mean[i], spread[i]
+            process._eigen, process._damped = eigen, eigen.values + ratio
+            process._weights = z[:, i] / process._damped
+            process.n_features_in_ = X.shape[1]
     return processes
 
 
@@ -373,8 +363,8 @@ class _Eigen(NamedTuple):
         return np.asarray(rows @ self.turn)
 
 
-def _decompose(kernel: Kernel, X: Array, Y: Array) -> tuple[_Eigen, Array, Array]:
-    """Return K = U diag(d) U', U'Y, and the squares of Y that U does not reach."""
+def _decompose(kernel: Kernel, X: Array) -> tuple[_Eigen, Array]:
+    """Return K = U diag(d) U', and U."""
     n_tasks, size = len(X), _SAMPLE
     order, missed = np.lexsort(X.T), np.zeros(len(X), dtype=bool)
     while True:
@@ -384,64 +374,82 @@ def _decompose(kernel: Kernel, X: Array, Y: Array) -> tuple[_Eigen, Array, Array
         factor, pivots, rank, _ = dpstrf(kernel(X[seen]), tol=_ROUNDING, lower=1)
         if 2 * rank > n_tasks:
             values, vectors = eigh(kernel(X), driver="evd", check_finite=False)
-            return _Eigen(values, X, None, vectors), vectors.T @ Y, np.zeros(Y.shape[1])
+            return _Eigen(values, X, None, vectors), vectors
         nodes, root = X[seen[pivots[:rank] - 1]], np.tril(factor[:rank, :rank])
         columns = solve_triangular(root, kernel(nodes, X), lower=True).T
         missed = 1.0 - (columns**2).sum(axis=1) > 10 * _ROUNDING  # the diagonal's rest
         if len(seen) == n_tasks or not missed.any():
             break
         size *= 2
-    # [F Y] = Q [[R, Z], [0, rest]], R = A diag(s) B': K = (Q A) diag(s^2) (Q A)'
-    triangle = qr(np.hstack([columns, Y]), mode="r", check_finite=False)[0]
-    left, roots, right = svd(triangle[:rank, :rank], check_finite=False)
-    rest = (triangle[rank : rank + Y.shape[1], rank:] ** 2).sum(axis=0)
-    eigen = _Eigen(roots**2, nodes, root, right.T * roots)
-    return eigen, left.T @ triangle[:rank, rank:], rest
+    # F = U diag(s) V'
+    vectors, roots, right = svd(columns, full_matrices=False, check_finite=False)
+    return _Eigen(roots**2, nodes, root, right.T * roots), vectors
 
 
 def _profile(
-    values: Array, squares: Array, rest: Array, n_tasks: int, box: Array, shared: bool
+    values: Array, squares: Array, rest: Array, n_tasks: int, box: Array
 ) -> tuple[Array, Array, Array]:
-    """Return -log p at its least, and there amplitude and ratio, for each target."""
+    """Return -log p of targets at its least, and there amplitudes and ratio of noise.
+
+    Notes
+    -----
+    With the kernel's matrix K = U diag(d) U', of rank r, z = U'y and the ratio q of
+    noise to amplitude a, the marginal likelihood p of a target y is (Rasmussen and
+    Williams, 2006, Eq. 5.8)::
+
+        -2 log p = n log(2 pi a) + sum_i log(d_i + q) + (n - r) log q + S / a
+               S = sum_i z_i^2 / (d_i + q) + (y'y - z'z) / q
+
+    For given K and q the best a is S / n or, since -log p has one minimum in a, the
+    bound that is nearest. Bounds of the noise q a are bounds of a.
+    """
     (least, most), (quiet, loud) = box
     low, high = np.log(quiet / most), np.log(loud / least)
-    tried = np.linspace(low, high, _RATIOS)[:, None]  # a row each, a column a target
     step = (high - low) / (_RATIOS - 1)
-    for _ in range(9):  # with nine ratios around the best one, each time closer
-        ratio = np.exp(tried)
-        damped = values[:, None, None] + ratio
+    tried = np.linspace(low, high, _RATIOS)
+    for _ in range(6):  # with ratios around the best one, each time closer
+        ratio = np.exp(tried)[:, None]  # a row each, a column a target
+        damped = values + ratio
         with np.errstate(invalid="ignore"):  # indefinite: as unlikely as can be
-            log_det = np.log(damped).sum(axis=0) + (n_tasks - len(values)) * tried
-        total = (squares[:, None] / damped).sum(axis=0) + rest / ratio  # S
+            log_det = np.log(damped).sum(axis=1) + (n_tasks - len(values)) * tried
+        total = (1 / damped) @ squares + rest / ratio  # S
         floor, ceiling = np.maximum(least, quiet / ratio), np.minimum(most, loud / ratio)
         amplitude = np.clip(total / n_tasks, floor, ceiling)
-        unlikely = n_tasks * np.log(2 * np.pi * amplitude) + log_det + total / amplitude
-        unlikely = np.where(np.isnan(unlikely), np.inf, unlikely / 2)
-        summed = unlikely.sum(axis=1, keepdims=True) if shared else unlikely
-        at = np.broadcast_to(summed.argmin(axis=0), (1, len(rest)))
-        found = [
-            np.take_along_axis(np.broadcast_to(each, unlikely.shape), at, axis=0)[0]
-            for each in (unlikely, amplitude, ratio)
-        ]
-        tried = np.log(found[2]) + step * np.linspace(-1, 1, 9)[:, None]
-        tried, step = np.clip(tried, low, high), step / 4
-    return found[0], found[1], found[2]
+        unlikely = n_tasks * np.log(2 * np.pi * amplitude) + total / amplitude
+        unlikely = (unlikely + log_det[:, None]) / 2
+        unlikely[np.isnan(log_det)] = np.inf
+        i = unlikely.sum(axis=1).argmin()
+        best = unlikely[i], amplitude[i], ratio[i, 0]
+        tried = np.clip(tried[i] + step * np.linspace(-1, 1, 17), low, high)
+        step /= 8
+    return best
 
 
-def _search(
-    look: Callable[[float], Array], known: dict[float, Array], low: float, high: float
-) -> None:
-    """Look at length scales until every target's likeliest one is known."""
-    grid = np.log(LENGTH_SCALES[0]) + _STEP * np.arange(-99, 99)
-    for at in np.unique([low, *grid[(low < grid) & (grid < high)], high]):
-        look(at)
+def _search(look: Callable[[float], tuple[float, Any]], low: float, high: float) -> Any:
+    """Return what is found where a function of the log length scale is least."""
+    known: dict[float, tuple[float, Any]] = {}
+
+    def value(at: float) -> float:
+        if at not in known:
+            known[at] = look(at)
+        return known[at][0]
+
+    first, last = np.clip(np.log([LENGTH_SCALES[0], LENGTH_SCALES[-1]]), low, high)
+    if first == last:  # other bounds, or none
+        first, last = low, high
+    grid = np.linspace(first, last, 9)
+    for before, here in (grid[1::-1], grid[-2:]):  # outwards, until nothing changes
+        while np.abs(value(here) - value(before)) > _FLAT and low < here < high:
+            before, here = here, np.clip(2 * here - before, low, high)
+    for at in grid:
+        value(at)
     for _ in range(_ROUNDS):
         x = np.sort([*known])
-        found = [_likeliest(x, y) for y in np.array([known[at] for at in x]).T]
-        for at in found:
-            look(x[np.abs(x - at).argmin()] if np.abs(x - at).min() < _CLOSE else at)
-        if len(known) == len(x):
+        at = _likeliest(x, np.array([value(at) for at in x]))
+        if np.abs(x - at).min() < _CLOSE:
             break
+        value(at)
+    return min(known.values(), key=lambda found: found[0])[1]
 
 
 def _likeliest(x: Array, y: Array) -> float:
@@ -461,7 +469,8 @@ def _likeliest(x: Array, y: Array) -> float:
             if abs(at - x[i]) > _CLOSE:
                 break
         if at == x[i]:  # an end: the least may still be within
-            at = np.clip(at, below + _STEP / 9, above - _STEP / 9)
+            inwards = min(_END, (above - below) / 2)
+            at = np.clip(at, below + inwards, above - inwards)
         found.append((float(curve(at)), float(at)))
     return min(found)[1]
 
