@@ -9,7 +9,7 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
-from scipy.linalg import eigh, qr, solve_triangular, svd
+from scipy.linalg import eigh, solve_triangular, svd
 from scipy.linalg.lapack import dpstrf
 from scipy.optimize import minimize
 from scipy.spatial import KDTree
@@ -39,6 +39,7 @@ _END = 0.05  # how far from an end of the search a least within is sought
 _RATIOS = 43  # of noise to amplitude that are tried first: three a decade
 _SAMPLE = 512  # tasks among which nodes of a kernel are sought first
 _ROUNDING = 1e-15  # of a kernel whose value at equal tasks is 1
+_FAR = 1e-10  # of a task's variance: known nodes say all but so little
 _BATCH = 4096  # tasks that are predicted at once
 
 
@@ -74,17 +75,17 @@ def gaussian_process(kernel: str = "squared exponential") -> GaussianProcess:
       any slope;
     - noise 1e-8 to 1: from a policy search's own precision to nothing but noise.
 
-    Hyper-parameters maximise the marginal likelihood. For a length scale one
-    decomposition of the kernel's matrix serves all targets, and gives their best
-    amplitude and noise, whatever the bounds, in closed form but for a search along one
-    line. What is left is a search along the length scale, from three starts: 0.2, 0.7
-    and 2.5. Nothing is random. Each kernel falls off over about one length scale, so
-    that bounds and starts serve all three alike.
+    Hyper-parameters maximise the marginal likelihood. With one decomposition of the
+    kernel's matrix, the best amplitude and noise of a length scale cost next to
+    nothing, so that only the length scale is sought: on a grid from 0.2 over 0.7 to
+    2.5, outwards as long as the likelihood changes, then nearer and nearer to where
+    curves through these are highest. Nothing is random. Each kernel falls off over
+    about one length scale, so that bounds and starts serve all three alike.
 
-    A smooth kernel's matrix has few eigenvalues that differ from zero by more than
-    rounding (some 13 divided by the length scale, over a turn), for any number of tasks:
-    10,000 take seconds. The Matérn kernel's are all different from zero; so the time
-    grows with the cube of the number, and 1,000 take as long.
+    The matrix of a smooth kernel on few task dimensions has few eigenvalues that are
+    not lost in rounding (on a turn some 13 over the length scale), however many tasks
+    there are: 10,000 take seconds. Those of the Matérn kernel, and of very short length
+    scales, all count: time grows with the cube of the number, about 2 s for 1000.
 
     Examples
     --------
@@ -237,12 +238,12 @@ class _BoundedClassifier(_AtBounds, GaussianProcessClassifier):  # type: ignore[
 
 
 class GaussianProcess(_AtBounds, GaussianProcessRegressor):  # type: ignore[misc]
-    """scikit-learn's regression, faster for the kernels of `gaussian_process`.
+    """scikit-learn's regression, and the faster for the kernels of `gaussian_process`.
 
-    With any other kernel, or several targets at once, it is scikit-learn's own.
+    With another kernel, or several targets at once, it is scikit-learn's own.
     """
 
-    _eigen: _Eigen | None = None
+    _eigen: Any = None  # an _Eigen, if fitted here
 
     def fit(self, X: Any, y: Any) -> Self:
         """Fit as scikit-learn's does."""
@@ -252,28 +253,53 @@ class GaussianProcess(_AtBounds, GaussianProcessRegressor):  # type: ignore[misc
         X, y = validate_data(self, X, y, y_numeric=True, dtype=np.float64)
         return fit_together([self], X, y[:, None])[0]
 
-    def predict(self, X: Any, return_std: bool = False, return_cov: bool = False) -> Any:
+    def predict(
+        self, X: Any, return_std: bool = False, return_cov: bool = False
+    ) -> Any:
         """Predict as scikit-learn's does."""
         if self._eigen is None:
             return super().predict(X, return_std, return_cov)
         X = validate_data(self, X, reset=False, dtype=np.float64)
         amplitude, _, noise = np.exp(self.kernel_.theta)
-        kernel, eigen = self.kernel_.k1.k2, self._eigen
-        if return_cov:
-            rows = eigen.project(kernel, X)
-            cov = amplitude * (kernel(X) - (rows / self._damped) @ rows.T)
-            cov[np.diag_indices_from(cov)] += noise
         means, variances = np.empty((2, len(X)))
-        for batch in gen_batches(len(X), _BATCH):
-            rows = eigen.project(kernel, X[batch])  # k(x)'U
-            means[batch] = rows @ self._weights
-            if return_std:
-                variances[batch] = 1.0 - rows**2 @ (1 / self._damped)
+        for some in gen_batches(len(X), _BATCH):
+            means[some], variances[some] = self._standardised(X[some], return_std)
         means = self._y_train_mean + self._y_train_std * means
         if return_cov:
+            inside, outside = self._split(X)
+            explained = (inside / self._damped) @ inside.T
+            explained += outside @ outside.T / self._ratio
+            cov = amplitude * (self.kernel_.k1.k2(X) - explained)
+            cov[np.diag_indices_from(cov)] += noise
             return means, self._y_train_std**2 * cov
         stds = np.sqrt(amplitude * np.maximum(variances, 0.0) + noise)
         return (means, self._y_train_std * stds) if return_std else means
+
+    def _standardised(self, X: Array, return_std: bool) -> tuple[Array, Array]:
+        """Return means of standardised targets, and variances over the amplitude."""
+        _, vectors, nodes, root, turn = self._eigen
+        rows = self.kernel_.k1.k2(X, nodes)  # rows @ turn = k(x)'U
+        if root is not None:
+            rows = solve_triangular(root, rows.T, lower=True).T
+        means = variances = rows @ (turn @ self._weights)
+        if return_std:
+            variances = 1.0 - (rows @ turn) ** 2 @ (1 / self._damped)
+        far = (rows**2).sum(axis=1) < 1.0 - _FAR
+        if root is not None and far.any():  # from all nodes: rounding would be felt
+            inside, outside = self._split(X[far])
+            rest = self.y_train_ - vectors @ (self._damped * self._weights)
+            means[far] = inside @ self._weights + outside @ rest / self._ratio
+            if return_std:
+                explained = inside**2 @ (1 / self._damped)
+                explained += (outside**2).sum(axis=1) / self._ratio
+                variances[far] = 1.0 - explained
+        return means, variances
+
+    def _split(self, X: Array) -> tuple[Array, Array]:
+        """Return k(x)'U, and what of k(x)' the vectors U do not reach."""
+        rows = self.kernel_.k1.k2(X, self.X_train_)
+        inside = rows @ self._eigen.vectors
+        return inside, rows - inside @ self._eigen.vectors.T
 
     def is_quick(self) -> bool:
         """Whether the kernel is amplitude times one length scale's, plus noise."""
@@ -310,38 +336,40 @@ def fit_together(
     list of n_targets GaussianProcess
         The same, fitted.
     """
-    first, known = processes[0], {}
+    first, known = processes[0], dict[float, _Eigen]()
     bounds = first.kernel.bounds
     if first.optimizer is None:
         bounds = np.column_stack([first.kernel.theta] * 2)
     box = np.exp(bounds)[[0, 2]] + [[0.0], [first.alpha]]  # alpha adds to the noise
 
-    def decompose(at: float) -> tuple[_Eigen, Array]:
+    def decompose(at: float) -> _Eigen:
         if at not in known:
             known[at] = _decompose(first.kernel.k1.k2.clone_with_theta([at]), X)
         return known[at]
 
-    columns = [[*range(len(processes))]] if shared else [[k] for k in range(len(Y.T))]
-    for some in columns:
+    every = range(len(processes))
+    for some in [[*every]] if shared else [[k] for k in every]:
         mean, spread = Y[:, some].mean(axis=0), Y[:, some].std(axis=0)
         spread[spread == 0.0] = 1.0
         targets = (Y[:, some] - mean) / spread
 
         def look(at: float, targets: Array = targets) -> tuple[float, tuple[Any, ...]]:
-            eigen, vectors = decompose(at)
-            z = vectors.T @ targets
-            rest = ((targets - vectors @ z) ** 2).sum(axis=0)
+            eigen = decompose(at)
+            z = eigen.vectors.T @ targets
+            rest = ((targets - eigen.vectors @ z) ** 2).sum(axis=0)
             unlikely, *found = _profile(eigen.values, z**2, rest, len(X), box)
             return unlikely.sum(), (at, eigen, unlikely, z, *found)
 
         at, eigen, unlikely, z, amplitude, ratio = _search(look, *bounds[1])
         for i, process in enumerate(processes[k] for k in some):
-            theta = [np.log(amplitude[i]), at, np.log(ratio * amplitude[i] - first.alpha)]
+            noise = ratio * amplitude[i] - first.alpha
+            theta = [np.log(amplitude[i]), at, np.log(noise)]
             process.kernel_ = first.kernel.clone_with_theta(np.clip(theta, *bounds.T))
             process.log_marginal_likelihood_value_ = -float(unlikely[i])
             process.X_train_, process.y_train_ = X, targets[:, i]
             process._y_train_mean, process._y_train_std = mean[i], spread[i]
-            process._eigen, process._damped = eigen, eigen.values + ratio
+            process._eigen, process._ratio = eigen, ratio
+            process._damped = eigen.values + ratio
             process._weights = z[:, i] / process._damped
             process.n_features_in_ = X.shape[1]
     return processes
@@ -351,20 +379,14 @@ class _Eigen(NamedTuple):
     """A kernel's matrix, decomposed: K = U diag(values) U'."""
 
     values: Array  # (rank,)
+    vectors: Array  # (n_tasks, rank): U
     nodes: Array  # (n_nodes, n_task_params): tasks whose kernels span all others'
     root: Array | None  # (n_nodes, n_nodes): Cholesky factor of the nodes' matrix
-    turn: Array  # (n_nodes, rank)
-
-    def project(self, kernel: Kernel, X: Array) -> Array:
-        """Return k(x)'U for every task x."""
-        rows = kernel(X, self.nodes)
-        if self.root is not None:
-            rows = solve_triangular(self.root, rows.T, lower=True).T
-        return np.asarray(rows @ self.turn)
+    turn: Array  # (n_nodes, rank): k(x)'U is k(x, nodes) root'^-1 turn
 
 
-def _decompose(kernel: Kernel, X: Array) -> tuple[_Eigen, Array]:
-    """Return K = U diag(d) U', and U."""
+def _decompose(kernel: Kernel, X: Array) -> _Eigen:
+    """Decompose the kernel's matrix of tasks, by few nodes if these will do."""
     n_tasks, size = len(X), _SAMPLE
     order, missed = np.lexsort(X.T), np.zeros(len(X), dtype=bool)
     while True:
@@ -374,7 +396,7 @@ def _decompose(kernel: Kernel, X: Array) -> tuple[_Eigen, Array]:
         factor, pivots, rank, _ = dpstrf(kernel(X[seen]), tol=_ROUNDING, lower=1)
         if 2 * rank > n_tasks:
             values, vectors = eigh(kernel(X), driver="evd", check_finite=False)
-            return _Eigen(values, X, None, vectors), vectors
+            return _Eigen(values, vectors, X, None, vectors)
         nodes, root = X[seen[pivots[:rank] - 1]], np.tril(factor[:rank, :rank])
         columns = solve_triangular(root, kernel(nodes, X), lower=True).T
         missed = 1.0 - (columns**2).sum(axis=1) > 10 * _ROUNDING  # the diagonal's rest
@@ -383,7 +405,7 @@ def _decompose(kernel: Kernel, X: Array) -> tuple[_Eigen, Array]:
         size *= 2
     # F = U diag(s) V'
     vectors, roots, right = svd(columns, full_matrices=False, check_finite=False)
-    return _Eigen(roots**2, nodes, root, right.T * roots), vectors
+    return _Eigen(roots**2, vectors, nodes, root, right.T * roots)
 
 
 def _profile(
@@ -413,7 +435,10 @@ def _profile(
         with np.errstate(invalid="ignore"):  # indefinite: as unlikely as can be
             log_det = np.log(damped).sum(axis=1) + (n_tasks - len(values)) * tried
         total = (1 / damped) @ squares + rest / ratio  # S
-        floor, ceiling = np.maximum(least, quiet / ratio), np.minimum(most, loud / ratio)
+        floor, ceiling = (
+            np.maximum(least, quiet / ratio),
+            np.minimum(most, loud / ratio),
+        )
         amplitude = np.clip(total / n_tasks, floor, ceiling)
         unlikely = n_tasks * np.log(2 * np.pi * amplitude) + total / amplitude
         unlikely = (unlikely + log_det[:, None]) / 2
@@ -438,11 +463,11 @@ def _search(look: Callable[[float], tuple[float, Any]], low: float, high: float)
     if first == last:  # other bounds, or none
         first, last = low, high
     grid = np.linspace(first, last, 9)
-    for before, here in (grid[1::-1], grid[-2:]):  # outwards, until nothing changes
-        while np.abs(value(here) - value(before)) > _FLAT and low < here < high:
-            before, here = here, np.clip(2 * here - before, low, high)
     for at in grid:
         value(at)
+    for path in ([*grid[1::-1]], [*grid[-2:]]):  # outwards, until nothing changes
+        while abs(value(path[-1]) - value(path[-2])) > _FLAT and low < path[-1] < high:
+            path.append(np.clip(2 * path[-1] - path[-2], low, high))
     for _ in range(_ROUNDS):
         x = np.sort([*known])
         at = _likeliest(x, np.array([value(at) for at in x]))
@@ -457,7 +482,7 @@ def _likeliest(x: Array, y: Array) -> float:
     x, y = x[y < np.inf], y[y < np.inf]
     padded = np.concatenate([[np.inf], y, [np.inf]])
     found = []
-    for i in np.flatnonzero((y <= padded[:-2]) & (y <= padded[2:])):
+    for i in map(int, np.flatnonzero((y <= padded[:-2]) & (y <= padded[2:]))):
         below, above = x[max(i - 1, 0)], x[min(i + 1, len(x) - 1)]
         for width in (2, 1):  # of neighbours on either side
             near = slice(max(i - width, 0), i + width + 1)
@@ -465,13 +490,13 @@ def _likeliest(x: Array, y: Array) -> float:
             flat = curve.deriv().roots()
             flat = flat[np.abs(flat.imag) < _CLOSE].real
             flat = flat[(below < flat) & (flat < above)]
-            at = min([x[i], *flat], key=curve)
+            at = float(min([x[i], *flat], key=curve))
             if abs(at - x[i]) > _CLOSE:
                 break
         if at == x[i]:  # an end: the least may still be within
             inwards = min(_END, (above - below) / 2)
-            at = np.clip(at, below + inwards, above - inwards)
-        found.append((float(curve(at)), float(at)))
+            at = float(np.clip(at, below + inwards, above - inwards))
+        found.append((float(curve(at)), at))
     return min(found)[1]
 
 
