@@ -1,13 +1,16 @@
-"""The warning about the scale of tasks, told from their gaps, column by column."""
+"""Gaussian processes against scikit-learn's, and the warning about tasks' scale."""
 
+import pickle
 import warnings
 
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from scipy.optimize import minimize
 from sklearn.base import clone
 from sklearn.cluster import KMeans
+from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.linear_model import LinearRegression
 
 from msc import CrKR, ParameterizedSkill
@@ -15,6 +18,102 @@ from msc.learn import gaussian_process
 from msc.learn._gaussian import warn_of_scale
 
 TURN = 2 * np.pi
+KERNELS = ("squared exponential", "matern", "periodic")
+
+
+def from_three_starts(obj_func, initial_theta, bounds):
+    """Search as scikit-learn does, with the likeliest noise at each length scale."""
+    found = []
+    for length_scale in (0.2, 0.7, 2.5):
+        starts = [np.log([1.0, length_scale, noise]) for noise in (1e-6, 1e-3, 0.1)]
+        start = min(starts, key=lambda start: obj_func(start, eval_gradient=False))
+        found.append(minimize(obj_func, start, jac=True, bounds=bounds))
+    best = min(found, key=lambda each: each.fun)
+    return best.x, best.fun
+
+
+@settings(max_examples=100, deadline=None)
+@given(
+    st.integers(0, 2**32),
+    st.one_of(st.integers(1, 5), st.sampled_from([9, 24, 60, 100])),
+    st.sampled_from(
+        [(1, "periodic"), *((d, k) for d in (1, 2, 3) for k in KERNELS[:2])]
+    ),
+    st.sampled_from(["smooth", "jump", "constant", "line"]),
+    st.tuples(st.sampled_from([0.0, 0.0, 1e-4, 1e-2, 0.3]), st.booleans()),
+)
+@pytest.mark.filterwarnings("ignore::sklearn.exceptions.ConvergenceWarning")
+@pytest.mark.filterwarnings("ignore:Predicted variances smaller than 0")
+def test_as_likely_and_as_sure_as_scikit_learn(seed, n, design, shape, sample):
+    rng, (n_columns, kernel) = np.random.default_rng(seed), design
+    X, (noise, is_repeated) = rng.uniform(0, TURN, (n, n_columns)), sample
+    if is_repeated:
+        X = X[rng.integers(0, n, n)]
+    y = np.sin(X).sum(axis=1) + 3 * (shape == "jump") * (X[:, 0] > 3)
+    y = {"constant": np.full(n, 2.5), "line": X[:, 0]}.get(shape, y)
+    y = y + noise * rng.normal(size=n)
+    ours = gaussian_process(kernel).fit(X, y)
+    theirs = GaussianProcessRegressor(
+        ours.kernel, normalize_y=True, optimizer=from_three_starts
+    ).fit(X, y)
+    amplitude, _, floor = np.exp(ours.kernel_.theta)
+    rounding = np.finfo(float).eps * n * amplitude / floor  # relative, of theirs
+    best, found = (each.log_marginal_likelihood_value_ for each in (theirs, ours))
+    assert found >= best - 1e-3 - n * rounding
+    assert (ours.kernel_.bounds.T[0] <= ours.kernel_.theta).all()
+    assert (ours.kernel_.theta <= ours.kernel_.bounds.T[1]).all()
+    fixed = clone(theirs).set_params(kernel=ours.kernel_, optimizer=None).fit(X, y)
+    again = clone(ours).set_params(kernel=ours.kernel_, optimizer=None).fit(X, y)
+    new = rng.uniform(X.min(axis=0), X.max(axis=0), (50, X.shape[1]))
+    expected, spread = fixed.predict(new, return_std=True), y.std() or 1.0
+    for each in (ours, again, pickle.loads(pickle.dumps(ours))):
+        likely = fixed.log_marginal_likelihood_value_
+        np.testing.assert_allclose(
+            each.log_marginal_likelihood_value_, likely, atol=1e-3 + n * rounding
+        )
+        found = each.predict(new, return_std=True)
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-6 * spread)
+        mean, cov = each.predict(new, return_cov=True)
+        np.testing.assert_array_equal(mean, each.predict(new))
+        np.testing.assert_allclose(np.sqrt(np.diag(cov)), found[1], atol=1e-6 * spread)
+
+
+def test_kernels_of_several_angles_need_not_be_positive():
+    """scikit-learn's periodic kernel of a distance in the plane is none."""
+    X = np.random.default_rng(0).uniform(0, 3, (30, 2))
+    ours = gaussian_process("periodic").fit(X, np.sin(X).sum(axis=1))
+    fixed = GaussianProcessRegressor(ours.kernel_, normalize_y=True, optimizer=None)
+    expected = fixed.fit(X, np.sin(X).sum(axis=1)).predict(X, return_std=True)
+    np.testing.assert_allclose(ours.predict(X, return_std=True), expected, atol=1e-6)
+
+
+@pytest.mark.parametrize("n_columns", [1, 2])
+def test_few_nodes_stand_for_many_tasks(n_columns):
+    rng = np.random.default_rng(0)
+    X = np.r_[rng.uniform(0, 3, (1200, n_columns)), np.full((1, n_columns), 9.0)]
+    y = np.sin(X).sum(axis=1) + 1e-3 * rng.normal(size=1201)
+    ours = gaussian_process().fit(X, y)
+    fixed = GaussianProcessRegressor(ours.kernel_, normalize_y=True, optimizer=None)
+    fixed.fit(X, y)
+    for new in (X[::7], X[::7] + 0.01, X[-1:] - 1.0):
+        expected = fixed.predict(new, return_std=True)
+        found = ours.predict(new, return_std=True)
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-6)
+    np.testing.assert_allclose(
+        ours.log_marginal_likelihood_value_, fixed.log_marginal_likelihood_value_
+    )
+    assert len(pickle.dumps(ours)) < 1e6  # 11 MB if all tasks stood for themselves
+
+
+def test_other_bounds_and_a_sample():
+    X = np.linspace(0, TURN, 20)[:, None]
+    gp = gaussian_process().set_params(kernel__k1__k2__length_scale_bounds=(5.0, 9.0))
+    assert 4.99 < gp.fit(X, np.sin(X[:, 0])).kernel_.k1.k2.length_scale < 5.01
+    assert gp.sample_y(X, 3).shape == (20, 3)
+    both = gp.fit(X, np.hstack([np.sin(X), np.cos(X)]))  # as scikit-learn has it
+    assert both.predict(X).shape == (20, 2)
+
+
 ROUND = 15.0 * np.arange(24)[:, None]  # degrees
 
 

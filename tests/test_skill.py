@@ -24,6 +24,7 @@ from sklearn.model_selection import GridSearchCV
 from sklearn.neighbors import KNeighborsRegressor
 from sklearn.pipeline import make_pipeline
 from sklearn.preprocessing import FunctionTransformer
+from sklearn.svm import SVR
 from sklearn.utils.estimator_checks import (
     check_dataframe_column_names_consistency,
     parametrize_with_checks,
@@ -232,6 +233,73 @@ def test_another_kernel_starts_from_its_own_values(kernel):
 def test_gaussian_process_has_no_randomness():
     one, other = (gaussian_process().fit(tasks, policies[:, 0]) for _ in range(2))
     np.testing.assert_array_equal(one.kernel_.theta, other.kernel_.theta)
+
+
+def waves(n_tasks, n_params=3):
+    """Return tasks, irregular, and policies that one kernel suits and another."""
+    X = np.sort(np.random.default_rng(0).uniform(0, 6, (n_tasks, 1)), axis=0)
+    return X, np.sin(X * (1 + np.arange(n_params)) + 0.1) + [0.0, 5.0, 0.0][:n_params]
+
+
+# A kernel for each dimension, or one for all
+
+
+@pytest.mark.parametrize("kernel", ["squared exponential", "matern", "periodic"])
+def test_all_of_a_chart_share_length_scale_and_ratio_of_noise(kernel):
+    X, y = waves(30)
+    y = y + 0.05 * np.random.default_rng(1).normal(size=y.shape)
+    charts, given = Given(X[:, 0] > 3), gaussian_process(kernel)
+    skill = ParameterizedSkill(charts, regressor=given, kernel_per="chart").fit(X, y)
+    for c, models in enumerate(skill.regressors_):
+        mine = skill.charts_ == c
+        amplitudes, scales, noises = np.exp([gp.kernel_.theta for gp in models]).T
+        np.testing.assert_array_equal(scales, scales[0])
+        np.testing.assert_allclose(noises / amplitudes, noises[0] / amplitudes[0], 1e-6)
+        together = clone(given).fit(X[mine], y[mine])  # scikit-learn's, one amplitude
+        found = sum(gp.log_marginal_likelihood_value_ for gp in models)
+        assert found >= together.log_marginal_likelihood_value_ - 1e-3
+        for gp, values in zip(models, y[mine].T, strict=True):
+            alone = clone(given).fit(X[mine], values)
+            best = alone.log_marginal_likelihood_value_
+            assert gp.log_marginal_likelihood_value_ <= best + 1e-6
+
+
+def test_with_one_kernel_a_linear_condition_is_kept():
+    X, y = waves(14, 2)
+    y = np.c_[y, 1 - y @ [0.3, 0.5]]
+    errors = {}
+    for kernel_per in ("param", "chart"):
+        skill = ParameterizedSkill(None, kernel_per=kernel_per).fit(X, y)
+        mean, std = skill.predict(X[:-1] + 0.2, return_std=True)
+        errors[kernel_per] = np.abs(mean @ [0.3, 0.5, 1.0] - 1).max()
+        assert (std > 0).all()
+    assert errors["chart"] < 1e-9
+    assert errors["param"] > 1e-6
+
+
+def test_one_dimension_has_its_own_kernel_either_way():
+    X, y = waves(20, 1)
+    pair = [ParameterizedSkill(None, kernel_per=each) for each in ("param", "chart")]
+    one, other = (skill.fit(X, y).predict(X + 0.1, return_std=True) for skill in pair)
+    np.testing.assert_array_equal(one, other)
+
+
+def test_a_given_regressor_is_fitted_once_a_chart_to_all_dimensions():
+    given = GaussianProcessRegressor(RBF(), alpha=1e-3, optimizer=None)
+    skill = fast(Given(pieces), regressor=given, kernel_per="chart")
+    skill.fit(tasks, policies)
+    assert [len(models) for models in skill.regressors_] == [1, 1, 1]
+    alone = fast(Given(pieces), regressor=given).fit(tasks, policies)
+    found = skill.predict(new_tasks, return_std=True)
+    np.testing.assert_allclose(found, alone.predict(new_tasks, return_std=True))
+    single = fast(regressor=SVR(), kernel_per="chart")
+    with pytest.raises(
+        ValueError, match=r"kernel_per='chart' .* regressor=SVR\(\) takes"
+    ):
+        single.fit(tasks, policies)
+    assert single.fit(tasks, policies[:, 0]).predict(tasks).shape == (48,)
+    with pytest.raises(ValueError, match="'kernel_per' parameter of ParameterizedSk"):
+        fast(kernel_per="weight").fit(tasks, policies)
 
 
 # Small charts
@@ -611,15 +679,19 @@ def test_pickle_and_clone(gate):
 
 
 def test_nothing_of_the_search_is_shared_between_fits():
-    starts = (msc.learn._gaussian.LENGTH_SCALES, msc.learn._gaussian._NOISES)
+    starts = msc.learn._gaussian.LENGTH_SCALES
     gp = GaussianProcessRegressor(RBF(2.0), optimizer=None)
     fast(None, regressor=gp).fit(tasks, policies)
     assert not hasattr(gp, "kernel_")
-    assert starts == (msc.learn._gaussian.LENGTH_SCALES, msc.learn._gaussian._NOISES)
+    assert starts == msc.learn._gaussian.LENGTH_SCALES == (0.2, 0.7, 2.5)
 
 
 @parametrize_with_checks(
-    [ParameterizedSkill(), ParameterizedSkill(KMeans(2), regressor=LinearRegression())]
+    [
+        ParameterizedSkill(),
+        ParameterizedSkill(kernel_per="chart"),
+        ParameterizedSkill(KMeans(2), regressor=LinearRegression()),
+    ]
 )
 def test_scikit_learn(estimator, check):
     check(estimator)

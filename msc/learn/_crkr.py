@@ -68,8 +68,9 @@ class CrKR(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: ignore[mis
     Equal costs make this kernel ridge regression. The mean is that of a Gaussian
     process with noise variance ridge * cost. `tune` maximises its marginal likelihood,
     summed over the policy dimensions, each with the signal variance that suits it best
-    (which cancels from the mean). L-BFGS-B starts from length scales 0.2, 0.7 and 2.5,
-    each with the likeliest ridge * mean(cost) of 1e-6, 1e-3 and 0.1; the two are
+    (which cancels from the mean). L-BFGS-B starts where the
+    search of the skill's own Gaussian processes does, at length scales 0.2, 0.7 and
+    2.5, with the likeliest ridge * mean(cost) of 1e-6, 1e-3 and 0.1; the two are
     bounded by 0.01 and 100, and by 1e-8 and 1e3.
 
     References

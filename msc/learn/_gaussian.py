@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
-from typing import Any, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
+from numpy.polynomial import Polynomial
 from numpy.typing import NDArray
+from scipy.linalg import eigh, solve_triangular, svd
+from scipy.linalg.lapack import dpstrf
 from scipy.optimize import minimize
 from scipy.spatial import KDTree
 from sklearn.exceptions import ConvergenceWarning
@@ -18,18 +21,29 @@ from sklearn.gaussian_process.kernels import (
     ExpSineSquared,
     Kernel,
     Matern,
+    Product,
+    Sum,
     WhiteKernel,
 )
+from sklearn.utils import gen_batches
+from sklearn.utils.validation import validate_data
 
 Array = NDArray[np.float64]
-Optimum = tuple[Array, float]
 
 LENGTH_SCALE_BOUNDS = (1e-2, 1e2)  # rad; bounds of the length scale
 LENGTH_SCALES = (0.2, 0.7, 2.5)  # rad; starts of the likelihood's search
-_NOISES = (1e-6, 1e-3, 1e-1)  # of the policies' variance; likewise
+_CLOSE = 1e-4  # of log length scales: as good as equal
+_FLAT = 1e-6  # differences of a log likelihood that says nothing
+_ROUNDS = 20  # of the search, at most
+_END = 0.05  # how far from an end of the search a least within is sought
+_RATIOS = 43  # of noise to amplitude that are tried first: three a decade
+_SAMPLE = 512  # tasks among which nodes of a kernel are sought first
+_ROUNDING = 1e-15  # of a kernel whose value at equal tasks is 1
+_FAR = 1e-10  # of a task's variance: known nodes say all but so little
+_BATCH = 4096  # tasks that are predicted at once
 
 
-def gaussian_process(kernel: str = "squared exponential") -> GaussianProcessRegressor:
+def gaussian_process(kernel: str = "squared exponential") -> GaussianProcess:
     """Build the regression each chart and policy dimension gets by default.
 
     Parameters
@@ -42,8 +56,9 @@ def gaussian_process(kernel: str = "squared exponential") -> GaussianProcessRegr
 
     Returns
     -------
-    GaussianProcessRegressor
-        Unfitted; the kernel plus white noise on standardised targets.
+    GaussianProcess
+        Unfitted; a scikit-learn GaussianProcessRegressor of amplitude times kernel plus
+        white noise, on standardised targets.
 
     Raises
     ------
@@ -60,11 +75,17 @@ def gaussian_process(kernel: str = "squared exponential") -> GaussianProcessRegr
       any slope;
     - noise 1e-8 to 1: from a policy search's own precision to nothing but noise.
 
-    Hyper-parameters maximise the marginal likelihood, by L-BFGS-B from three fixed
-    starts: length scales 0.2, 0.7 and 2.5, each with the likeliest noise of 1e-6, 1e-3
-    and 0.1. On targets with jumps two random restarts often end in a worse optimum,
-    these seldom; and nothing is random. Each kernel falls off over about one length
-    scale, so that bounds and starts serve all three alike.
+    Hyper-parameters maximise the marginal likelihood. With one decomposition of the
+    kernel's matrix, the best amplitude and noise of a length scale cost next to
+    nothing, so that only the length scale is sought: on a grid from 0.2 over 0.7 to
+    2.5, outwards as long as the likelihood changes, then nearer and nearer to where
+    curves through these are highest. Nothing is random. Each kernel falls off over
+    about one length scale, so that bounds and starts serve all three alike.
+
+    The matrix of a smooth kernel on few task dimensions has few eigenvalues that are
+    not lost in rounding (on a turn some 13 over the length scale), however many tasks
+    there are: 10,000 take seconds. Those of the Matérn kernel, and of very short length
+    scales, all count: time grows with the cube of the number, about 2 s for 1000.
 
     Examples
     --------
@@ -78,10 +99,10 @@ def gaussian_process(kernel: str = "squared exponential") -> GaussianProcessRegr
     if kernel not in _KERNELS:
         raise ValueError(f"kernel={kernel!r}; wanted one of {tuple(_KERNELS)}")
     amplitude = ConstantKernel(1.0, (1e-3, 1e3))
-    return _BoundedRegressor(
+    return GaussianProcess(
         amplitude * _KERNELS[kernel]() + WhiteKernel(1e-3, (1e-8, 1.0)),
         normalize_y=True,
-        optimizer=_refine_starts,
+        optimizer=_refine,
     )
 
 
@@ -95,7 +116,7 @@ def gaussian_classifier() -> GaussianProcessClassifier:
 
 def is_tuned(regressor: Any) -> bool:
     """Tell whether a regression seeks its length scale within our bounds."""
-    return regressor is None or isinstance(regressor, _BoundedRegressor)
+    return regressor is None or isinstance(regressor, GaussianProcess)
 
 
 def warn_of_scale(tasks: Array) -> None:
@@ -212,33 +233,275 @@ class _AtBounds:
         return self
 
 
-class _BoundedRegressor(_AtBounds, GaussianProcessRegressor):  # type: ignore[misc]
-    pass
-
-
 class _BoundedClassifier(_AtBounds, GaussianProcessClassifier):  # type: ignore[misc]
     pass
 
 
-def _refine_starts(
-    objective: Callable[..., Any],
-    initial: Array,
-    bounds: Array,
-) -> Optimum:
-    """Minimise from each length scale, at the noise that suits it; return the best."""
-    if len(initial) != 3:  # another kernel, which starts from its own values
-        return _refine(objective, initial, bounds)
-    starts = [
-        min(
-            (np.log([1.0, length_scale, noise]) for noise in _NOISES),
-            key=lambda start: objective(start, eval_gradient=False),
+class GaussianProcess(_AtBounds, GaussianProcessRegressor):  # type: ignore[misc]
+    """scikit-learn's regression, and the faster for the kernels of `gaussian_process`.
+
+    With another kernel, or several targets at once, it is scikit-learn's own.
+    """
+
+    _eigen: Any = None  # an _Eigen, if fitted here
+
+    def fit(self, X: Any, y: Any) -> Self:
+        """Fit as scikit-learn's does."""
+        self._eigen = None
+        if np.ndim(y) > 1 or not self.is_quick():
+            return super().fit(X, y)
+        X, y = validate_data(self, X, y, y_numeric=True, dtype=np.float64)
+        return fit_together([self], X, y[:, None])[0]
+
+    def predict(
+        self, X: Any, return_std: bool = False, return_cov: bool = False
+    ) -> Any:
+        """Predict as scikit-learn's does."""
+        if self._eigen is None:
+            return super().predict(X, return_std, return_cov)
+        X = validate_data(self, X, reset=False, dtype=np.float64)
+        amplitude, _, noise = np.exp(self.kernel_.theta)
+        means, variances = np.empty((2, len(X)))
+        for some in gen_batches(len(X), _BATCH):
+            means[some], variances[some] = self._standardised(X[some], return_std)
+        means = self._y_train_mean + self._y_train_std * means
+        if return_cov:
+            inside, outside = self._split(X)
+            explained = (inside / self._damped) @ inside.T
+            explained += outside @ outside.T / self._ratio
+            cov = amplitude * (self.kernel_.k1.k2(X) - explained)
+            cov[np.diag_indices_from(cov)] += noise
+            return means, self._y_train_std**2 * cov
+        stds = np.sqrt(amplitude * np.maximum(variances, 0.0) + noise)
+        return (means, self._y_train_std * stds) if return_std else means
+
+    def _standardised(self, X: Array, return_std: bool) -> tuple[Array, Array]:
+        """Return means of standardised targets, and variances over the amplitude."""
+        _, vectors, nodes, root, turn = self._eigen
+        rows = self.kernel_.k1.k2(X, nodes)  # rows @ turn = k(x)'U
+        if root is not None:
+            rows = solve_triangular(root, rows.T, lower=True).T
+        means = variances = rows @ (turn @ self._weights)
+        if return_std:
+            variances = 1.0 - (rows @ turn) ** 2 @ (1 / self._damped)
+        far = (rows**2).sum(axis=1) < 1.0 - _FAR
+        if root is not None and far.any():  # from all nodes: rounding would be felt
+            inside, outside = self._split(X[far])
+            rest = self.y_train_ - vectors @ (self._damped * self._weights)
+            means[far] = inside @ self._weights + outside @ rest / self._ratio
+            if return_std:
+                explained = inside**2 @ (1 / self._damped)
+                explained += (outside**2).sum(axis=1) / self._ratio
+                variances[far] = 1.0 - explained
+        return means, variances
+
+    def _split(self, X: Array) -> tuple[Array, Array]:
+        """Return k(x)'U, and what of k(x)' the vectors U do not reach."""
+        rows = self.kernel_.k1.k2(X, self.X_train_)
+        inside = rows @ self._eigen.vectors
+        return inside, rows - inside @ self._eigen.vectors.T
+
+    def is_quick(self) -> bool:
+        """Whether the kernel is amplitude times one length scale's, plus noise."""
+        match self.kernel:
+            case Sum(
+                k1=Product(k1=ConstantKernel(), k2=RBF() | ExpSineSquared()),
+                k2=WhiteKernel(),
+            ):
+                parts = self.kernel.k1.k1, self.kernel.k1.k2, self.kernel.k2
+                free = [part.n_dims for part in parts] == [1, 1, 1]
+                return free and bool(self.normalize_y) and np.ndim(self.alpha) == 0
+        return False
+
+
+def fit_together(
+    processes: list[GaussianProcess], X: Array, Y: Array, *, shared: bool = False
+) -> list[GaussianProcess]:
+    """Fit processes of the same parameters to a column each, as if each were alone.
+
+    Parameters
+    ----------
+    processes : list of n_targets GaussianProcess
+        Of the kernels of `gaussian_process`.
+    X : ndarray of shape (n_tasks, n_task_params)
+        Tasks.
+    Y : ndarray of shape (n_tasks, n_targets)
+        Targets.
+    shared : bool, default=False
+        Whether they share length scale and ratio of noise to amplitude instead: those
+        under which all targets together are the likeliest.
+
+    Returns
+    -------
+    list of n_targets GaussianProcess
+        The same, fitted.
+    """
+    first, known = processes[0], dict[float, _Eigen]()
+    bounds = first.kernel.bounds
+    if first.optimizer is None:
+        bounds = np.column_stack([first.kernel.theta] * 2)
+    box = np.exp(bounds)[[0, 2]] + [[0.0], [first.alpha]]  # alpha adds to the noise
+
+    def decompose(at: float) -> _Eigen:
+        if at not in known:
+            known[at] = _decompose(first.kernel.k1.k2.clone_with_theta([at]), X)
+        return known[at]
+
+    every = range(len(processes))
+    for some in [[*every]] if shared else [[k] for k in every]:
+        mean, spread = Y[:, some].mean(axis=0), Y[:, some].std(axis=0)
+        spread[spread == 0.0] = 1.0
+        targets = (Y[:, some] - mean) / spread
+
+        def look(at: float, targets: Array = targets) -> tuple[float, tuple[Any, ...]]:
+            eigen = decompose(at)
+            z = eigen.vectors.T @ targets
+            rest = ((targets - eigen.vectors @ z) ** 2).sum(axis=0)
+            unlikely, *found = _profile(eigen.values, z**2, rest, len(X), box)
+            return unlikely.sum(), (at, eigen, unlikely, z, *found)
+
+        at, eigen, unlikely, z, amplitude, ratio = _search(look, *bounds[1])
+        for i, process in enumerate(processes[k] for k in some):
+            noise = ratio * amplitude[i] - first.alpha
+            theta = [np.log(amplitude[i]), at, np.log(noise)]
+            process.kernel_ = first.kernel.clone_with_theta(np.clip(theta, *bounds.T))
+            process.log_marginal_likelihood_value_ = -float(unlikely[i])
+            process.X_train_, process.y_train_ = X, targets[:, i]
+            process._y_train_mean, process._y_train_std = mean[i], spread[i]
+            process._eigen, process._ratio = eigen, ratio
+            process._damped = eigen.values + ratio
+            process._weights = z[:, i] / process._damped
+            process.n_features_in_ = X.shape[1]
+    return processes
+
+
+class _Eigen(NamedTuple):
+    """A kernel's matrix, decomposed: K = U diag(values) U'."""
+
+    values: Array  # (rank,)
+    vectors: Array  # (n_tasks, rank): U
+    nodes: Array  # (n_nodes, n_task_params): tasks whose kernels span all others'
+    root: Array | None  # (n_nodes, n_nodes): Cholesky factor of the nodes' matrix
+    turn: Array  # (n_nodes, rank): k(x)'U is k(x, nodes) root'^-1 turn
+
+
+def _decompose(kernel: Kernel, X: Array) -> _Eigen:
+    """Decompose the kernel's matrix of tasks, by few nodes if these will do."""
+    n_tasks, size = len(X), _SAMPLE
+    order, missed = np.lexsort(X.T), np.zeros(len(X), dtype=bool)
+    while True:
+        every = order[np.linspace(0, n_tasks - 1, min(size, n_tasks)).astype(int)]
+        seen = np.union1d(every, np.flatnonzero(missed))
+        # Cholesky with pivots: K = F F', F = k(X, nodes) root'^-1, but for rounding
+        factor, pivots, rank, _ = dpstrf(kernel(X[seen]), tol=_ROUNDING, lower=1)
+        if 2 * rank > n_tasks:
+            values, vectors = eigh(kernel(X), driver="evd", check_finite=False)
+            return _Eigen(values, vectors, X, None, vectors)
+        nodes, root = X[seen[pivots[:rank] - 1]], np.tril(factor[:rank, :rank])
+        columns = solve_triangular(root, kernel(nodes, X), lower=True).T
+        missed = 1.0 - (columns**2).sum(axis=1) > 10 * _ROUNDING  # the diagonal's rest
+        if len(seen) == n_tasks or not missed.any():
+            break
+        size *= 2
+    # F = U diag(s) V'
+    vectors, roots, right = svd(columns, full_matrices=False, check_finite=False)
+    return _Eigen(roots**2, vectors, nodes, root, right.T * roots)
+
+
+def _profile(
+    values: Array, squares: Array, rest: Array, n_tasks: int, box: Array
+) -> tuple[Array, Array, Array]:
+    """Return -log p of targets at its least, and there amplitudes and ratio of noise.
+
+    Notes
+    -----
+    With the kernel's matrix K = U diag(d) U', of rank r, z = U'y and the ratio q of
+    noise to amplitude a, the marginal likelihood p of a target y is (Rasmussen and
+    Williams, 2006, Eq. 5.8)::
+
+        -2 log p = n log(2 pi a) + sum_i log(d_i + q) + (n - r) log q + S / a
+               S = sum_i z_i^2 / (d_i + q) + (y'y - z'z) / q
+
+    For given K and q the best a is S / n or, since -log p has one minimum in a, the
+    bound that is nearest. Bounds of the noise q a are bounds of a.
+    """
+    (least, most), (quiet, loud) = box
+    low, high = np.log(quiet / most), np.log(loud / least)
+    step = (high - low) / (_RATIOS - 1)
+    tried = np.linspace(low, high, _RATIOS)
+    for _ in range(6):  # with ratios around the best one, each time closer
+        ratio = np.exp(tried)[:, None]  # a row each, a column a target
+        damped = values + ratio
+        with np.errstate(invalid="ignore"):  # indefinite: as unlikely as can be
+            log_det = np.log(damped).sum(axis=1) + (n_tasks - len(values)) * tried
+        total = (1 / damped) @ squares + rest / ratio  # S
+        floor, ceiling = (
+            np.maximum(least, quiet / ratio),
+            np.minimum(most, loud / ratio),
         )
-        for length_scale in LENGTH_SCALES
-    ]
-    found = [_refine(objective, start, bounds) for start in starts]
-    return min(found, key=lambda optimum: optimum[1])
+        amplitude = np.clip(total / n_tasks, floor, ceiling)
+        unlikely = n_tasks * np.log(2 * np.pi * amplitude) + total / amplitude
+        unlikely = (unlikely + log_det[:, None]) / 2
+        unlikely[np.isnan(log_det)] = np.inf
+        i = unlikely.sum(axis=1).argmin()
+        best = unlikely[i], amplitude[i], ratio[i, 0]
+        tried = np.clip(tried[i] + step * np.linspace(-1, 1, 17), low, high)
+        step /= 8
+    return best
 
 
-def _refine(objective: Callable[..., Any], initial: Array, bounds: Array) -> Optimum:
+def _search(look: Callable[[float], tuple[float, Any]], low: float, high: float) -> Any:
+    """Return what is found where a function of the log length scale is least."""
+    known: dict[float, tuple[float, Any]] = {}
+
+    def value(at: float) -> float:
+        if at not in known:
+            known[at] = look(at)
+        return known[at][0]
+
+    first, last = np.clip(np.log([LENGTH_SCALES[0], LENGTH_SCALES[-1]]), low, high)
+    if first == last:  # other bounds, or none
+        first, last = low, high
+    grid = np.linspace(first, last, 9)
+    for at in grid:
+        value(at)
+    for path in ([*grid[1::-1]], [*grid[-2:]]):  # outwards, until nothing changes
+        while abs(value(path[-1]) - value(path[-2])) > _FLAT and low < path[-1] < high:
+            path.append(np.clip(2 * path[-1] - path[-2], low, high))
+    for _ in range(_ROUNDS):
+        x = np.sort([*known])
+        at = _likeliest(x, np.array([value(at) for at in x]))
+        if np.abs(x - at).min() < _CLOSE:
+            break
+        value(at)
+    return min(known.values(), key=lambda found: found[0])[1]
+
+
+def _likeliest(x: Array, y: Array) -> float:
+    """Return where the least of a function may be, by curves through what is known."""
+    x, y = x[y < np.inf], y[y < np.inf]
+    padded = np.concatenate([[np.inf], y, [np.inf]])
+    found = []
+    for i in map(int, np.flatnonzero((y <= padded[:-2]) & (y <= padded[2:]))):
+        below, above = x[max(i - 1, 0)], x[min(i + 1, len(x) - 1)]
+        for width in (2, 1):  # of neighbours on either side
+            near = slice(max(i - width, 0), i + width + 1)
+            curve, _ = Polynomial.fit(x[near], y[near], len(x[near]) - 1, full=True)
+            flat = curve.deriv().roots()
+            flat = flat[np.abs(flat.imag) < _CLOSE].real
+            flat = flat[(below < flat) & (flat < above)]
+            at = float(min([x[i], *flat], key=curve))
+            if abs(at - x[i]) > _CLOSE:
+                break
+        if at == x[i]:  # an end: the least may still be within
+            inwards = min(_END, (above - below) / 2)
+            at = float(np.clip(at, below + inwards, above - inwards))
+        found.append((float(curve(at)), at))
+    return min(found)[1]
+
+
+def _refine(
+    objective: Callable[..., Any], initial: Array, bounds: Array
+) -> tuple[Array, float]:
     found = minimize(objective, initial, jac=True, bounds=bounds, method="L-BFGS-B")
     return found.x, found.fun

@@ -72,11 +72,11 @@ def methods(n_charts: int | None = N_CHARTS, seed: int = 0) -> dict[str, Any]:
 
     Notes
     -----
-    Gaussian processes and CrKr choose their hyper-parameters by marginal likelihood,
-    with L-BFGS-B from the same length scales and noises, and length scales within the
-    same bounds. A process's amplitude is bounded and its noise, of standardised
-    targets, at most 1; CrKr's signal variance is free, its targets are not centred and
-    its noise, relative to the signal, is at most 1e3. Both floors are 1e-8.
+    Gaussian processes and CrKr choose their hyper-parameters by marginal likelihood, in
+    searches that begin at the same length scales and end at the same bounds. A
+    process's amplitude is bounded and its noise, of standardised targets, at most 1;
+    CrKr's signal variance is free, its targets are not centred and its noise, relative
+    to the signal, is at most 1e3. Both floors are 1e-8.
 
     Examples
     --------
