@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
+from functools import cache
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -113,20 +114,10 @@ def gaussian_classifier() -> GaussianProcessClassifier:
     )
 
 
-def is_tuned(regressor: Any) -> bool:
-    """Tell whether a regression seeks its length scale within our bounds."""
-    return regressor is None or isinstance(regressor, GaussianProcess)
-
-
 _KERNELS: dict[str, Callable[[], Kernel]] = {
     "squared exponential": lambda: RBF(1.0, LENGTH_SCALE_BOUNDS),
     "matern": lambda: Matern(1.0, LENGTH_SCALE_BOUNDS, nu=1.5),
-    "periodic": lambda: ExpSineSquared(
-        1.0,
-        2 * np.pi,
-        length_scale_bounds=LENGTH_SCALE_BOUNDS,
-        periodicity_bounds="fixed",
-    ),
+    "periodic": lambda: ExpSineSquared(1.0, 2 * np.pi, LENGTH_SCALE_BOUNDS, "fixed"),
 }
 
 
@@ -216,11 +207,10 @@ class GaussianProcess(_AtBounds, GaussianProcessRegressor):  # type: ignore[misc
         """Whether the kernel is amplitude times one length scale's, plus noise."""
         match self.kernel:
             case Sum(
-                k1=Product(k1=ConstantKernel(), k2=RBF() | ExpSineSquared()),
-                k2=WhiteKernel(),
+                k1=Product(k1=ConstantKernel() as a, k2=RBF() | ExpSineSquared() as b),
+                k2=WhiteKernel() as c,
             ):
-                parts = self.kernel.k1.k1, self.kernel.k1.k2, self.kernel.k2
-                free = [part.n_dims for part in parts] == [1, 1, 1]
+                free = [part.n_dims for part in (a, b, c)] == [1, 1, 1]
                 return free and bool(self.normalize_y) and np.ndim(self.alpha) == 0
         return False
 
@@ -247,16 +237,15 @@ def fit_together(
     list of n_targets GaussianProcess
         The same, fitted.
     """
-    first, known = processes[0], dict[float, _Eigen]()
+    first = processes[0]
     bounds = first.kernel.bounds
     if first.optimizer is None:
         bounds = np.column_stack([first.kernel.theta] * 2)
     box = np.exp(bounds)[[0, 2]] + [[0.0], [first.alpha]]  # alpha adds to the noise
 
+    @cache
     def decompose(at: float) -> _Eigen:
-        if at not in known:
-            known[at] = _decompose(first.kernel.k1.k2.clone_with_theta([at]), X)
-        return known[at]
+        return _decompose(first.kernel.k1.k2.clone_with_theta([at]), X)
 
     every = range(len(processes))
     for some in [[*every]] if shared else [[k] for k in every]:
@@ -346,11 +335,8 @@ def _profile(
         with np.errstate(invalid="ignore"):  # indefinite: as unlikely as can be
             log_det = np.log(damped).sum(axis=1) + (n_tasks - len(values)) * tried
         total = (1 / damped) @ squares + rest / ratio  # S
-        floor, ceiling = (
-            np.maximum(least, quiet / ratio),
-            np.minimum(most, loud / ratio),
-        )
-        amplitude = np.clip(total / n_tasks, floor, ceiling)
+        bounds = np.maximum(least, quiet / ratio), np.minimum(most, loud / ratio)
+        amplitude = np.clip(total / n_tasks, *bounds)
         unlikely = n_tasks * np.log(2 * np.pi * amplitude) + total / amplitude
         unlikely = (unlikely + log_det[:, None]) / 2
         unlikely[np.isnan(log_det)] = np.inf
