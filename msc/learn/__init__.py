@@ -27,6 +27,6 @@ if TYPE_CHECKING:
     from msc.learn._reconstruction import reconstruct
     from msc.learn._skill import GATES, ParameterizedSkill, seeded_clone
     from msc.learn._smce import SMCE
-    from msc.learn._spectral import cluster_each, laplacian_eigen, within_cluster_ss
+    from msc.learn._spectral import cluster_graph, within_cluster_ss
 
 __all__, __getattr__, __dir__ = face(__name__, __file__)

@@ -218,24 +218,10 @@ class GaussianProcess(_AtBounds, GaussianProcessRegressor):  # type: ignore[misc
 def fit_together(
     processes: list[GaussianProcess], X: Array, Y: Array, *, shared: bool = False
 ) -> list[GaussianProcess]:
-    """Fit processes of the same parameters to a column each, as if each were alone.
+    """Fit processes of the same parameters to a column of Y each, as if all alone.
 
-    Parameters
-    ----------
-    processes : list of n_targets GaussianProcess
-        Of the kernels of `gaussian_process`.
-    X : ndarray of shape (n_tasks, n_task_params)
-        Tasks.
-    Y : ndarray of shape (n_tasks, n_targets)
-        Targets.
-    shared : bool, default=False
-        Whether they share length scale and ratio of noise to amplitude instead: those
-        under which all targets together are the likeliest.
-
-    Returns
-    -------
-    list of n_targets GaussianProcess
-        The same, fitted.
+    Or let them share length scale and ratio of noise to amplitude: those under which
+    all columns together are the likeliest.
     """
     first = processes[0]
     bounds = first.kernel.bounds
@@ -247,8 +233,8 @@ def fit_together(
     def decompose(at: float) -> _Eigen:
         return _decompose(first.kernel.k1.k2.clone_with_theta([at]), X)
 
-    every = range(len(processes))
-    for some in [[*every]] if shared else [[k] for k in every]:
+    every = [*range(len(processes))]
+    for some in [every] if shared else [[k] for k in every]:
         mean, spread = Y[:, some].mean(axis=0), Y[:, some].std(axis=0)
         spread[spread == 0.0] = 1.0
         targets = (Y[:, some] - mean) / spread

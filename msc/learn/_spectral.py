@@ -31,25 +31,46 @@ _SAME = 1e-9  # of an eigenvalue: copies of a multiple one are no further apart
 _NUDGE = 1e-4  # of the last row's length: far above rounding, nothing to an inertia
 
 
-def laplacian_eigen(affinity: sp.csr_array, k: int, seed: int) -> tuple[Array, Array]:
-    """Decompose the symmetric normalised Laplacian of an affinity graph.
+def cluster_graph(
+    affinity: sp.csr_array, k: int, n_counts: int, seed: int
+) -> tuple[Array, Array, list[NDArray[np.intp]]]:
+    """Cut an affinity graph into 1, 2, … clusters, each among as many eigenvectors.
 
     Parameters
     ----------
     affinity : sparse array of shape (n_points, n_points)
         Symmetric weights of the edges.
     k : int
-        How many eigenvectors.
+        Eigenvectors that are found, at least `n_counts`.
+    n_counts : int
+        The largest number of clusters.
     seed : int
-        Of the vectors from which an iteration begins.
+        Seed of all that is random.
 
     Returns
     -------
     values : ndarray
-        Eigenvalues, ascending; of more than 500 points the first `k`. The smallest,
-        too, are right to six digits.
+        Eigenvalues of the normalised Laplacian, ascending: of more than 500 points
+        the first `k`.
     vectors : ndarray of shape (n_points, k)
         The first eigenvectors, as columns.
+    labels : list of n_counts ndarrays of shape (n_points,)
+        Clusters, numbered in order of appearance.
+    """
+    values, vectors = laplacian_eigen(affinity, k, seed)
+    with threadpool_limits(1, "openmp"):  # so few rows: threads would only wait
+        labels = [
+            cluster_rows(unit_rows(vectors[:, :count]), seed)  # steps 3, 4 and 5
+            for count in range(1, n_counts + 1)
+        ]
+    return values, vectors, labels
+
+
+def laplacian_eigen(affinity: sp.csr_array, k: int, seed: int) -> tuple[Array, Array]:
+    """Decompose the symmetric normalised Laplacian of an affinity graph.
+
+    Returns its eigenvalues, ascending (of more than 500 points the first `k`), and the
+    first `k` eigenvectors as columns. Also the smallest are right to six digits.
 
     Notes
     -----
@@ -205,30 +226,6 @@ def cluster_rows(embedding: Array, seed: int) -> NDArray[np.intp]:
     found = k_means.fit_predict(shortened[:, np.newaxis] * embedding)
     _, first, inverse = np.unique(found, return_index=True, return_inverse=True)
     return np.argsort(np.argsort(first))[inverse]
-
-
-def cluster_each(vectors: Array, n_counts: int, seed: int) -> list[NDArray[np.intp]]:
-    """Find 1, 2, … clusters, each among as many eigenvectors.
-
-    Parameters
-    ----------
-    vectors : ndarray of shape (n_points, at least n_counts)
-        What `laplacian_eigen` returns.
-    n_counts : int
-        The largest number of clusters.
-    seed : int
-        Seed of k-means.
-
-    Returns
-    -------
-    list of n_counts ndarrays of shape (n_points,)
-        Labels, from 0 on in order of appearance.
-    """
-    with threadpool_limits(1, "openmp"):  # so few rows: threads would only wait
-        return [
-            cluster_rows(unit_rows(vectors[:, :count]), seed)  # steps 3, 4 and 5
-            for count in range(1, n_counts + 1)
-        ]
 
 
 def within_cluster_ss(X: Array, labels: NDArray[np.intp]) -> float:

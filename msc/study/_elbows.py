@@ -13,11 +13,10 @@ from sklearn.neighbors import KNeighborsClassifier
 from msc._checks import check_whole, validate_sample
 from msc.learn import (
     SMCE,
-    cluster_each,
+    cluster_graph,
     elbow,
     gaussian_process,
     knee,
-    laplacian_eigen,
     within_cluster_ss,
 )
 
@@ -109,8 +108,8 @@ def _cut(policies: Array, n_counts: int, seed: int) -> tuple[Any, Array, list[Ch
     """Return affinity, eigenvalues, and the charts for 1 to n_counts of them."""
     affinity = SMCE(1, max_clusters=1).fit(policies).affinity_matrix_
     size = min(n_counts + 1, len(policies))
-    values, vectors = laplacian_eigen(affinity, size, seed)
-    return affinity, values, cluster_each(vectors, n_counts, seed)
+    values, _, charts = cluster_graph(affinity, size, n_counts, seed)
+    return affinity, values, charts
 
 
 def _fold_errors(
