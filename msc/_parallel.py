@@ -7,7 +7,7 @@ of a Dask cluster.
 from __future__ import annotations
 
 import logging
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager
 from pathlib import Path
@@ -28,18 +28,16 @@ Runner = Callable[
 
 
 def tell(
-    steps: Iterable[Any], what: str, *, total: int, n_tasks: int, verbose: bool | None
+    steps: Sequence[Callable[[], Any]], what: str, *, n_tasks: int, verbose: bool | None
 ) -> Any:
-    """Show how far a fit is, and how long the rest may take, if it takes long.
+    """Take the steps of a fit, and show how far it is, if it takes long.
 
     Parameters
     ----------
-    steps : iterable
+    steps : sequence of callable
         Its steps.
     what : str
         What they are.
-    total : int
-        How many.
     n_tasks : int
         Tasks of the largest; above 300 the bar is there from the beginning, otherwise
         after two seconds.
@@ -49,17 +47,18 @@ def tell(
     Returns
     -------
     tqdm
-        The steps again; the bar goes away at their end.
+        What the steps return, each taken as it is asked for; the bar goes away at
+        their end.
 
     Examples
     --------
-    >>> list(tell("abc", "letters", total=3, n_tasks=9, verbose=False))
-    ['a', 'b', 'c']
+    >>> list(tell([dict, list], "steps", n_tasks=9, verbose=False))
+    [{}, []]
     """
     return tqdm(
-        steps,
+        (step() for step in steps),
         desc=f"fit to {n_tasks} tasks",
-        total=total,
+        total=len(steps),
         unit=f" {what}",
         delay=0.0 if n_tasks > MANY else SECONDS,
         disable=None if verbose is None else not verbose,

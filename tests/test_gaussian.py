@@ -14,8 +14,8 @@ from sklearn.gaussian_process import GaussianProcessRegressor
 from sklearn.linear_model import LinearRegression
 
 from msc import CrKR, ParameterizedSkill
+from msc._checks import warn_of_scale
 from msc.learn import gaussian_process
-from msc.learn._gaussian import warn_of_scale
 
 TURN = 2 * np.pi
 KERNELS = ("squared exponential", "matern", "periodic")

@@ -154,12 +154,10 @@ def _close(part: _Part, step: float) -> list[_Group]:
         return [_Group(part.members, step, 0.0, 1.0)]
     ratio = part.longest / step
     inner = [group for group in part.groups if len(group.members) > 1]
-    covered = sum(len(group.members) for group in inner)
-    is_covered = covered >= _COVER * n_members
     # A tight whole is a group, unless smaller ones nearly cover it and are tighter.
-    if n_members > _MOST or ratio > _TIGHT:
-        return part.groups
-    if is_covered and math.prod(group.ratio for group in inner) < ratio:
+    is_covered = sum(len(group.members) for group in inner) >= _COVER * n_members
+    are_tighter = math.prod(group.ratio for group in inner) < ratio
+    if n_members > _MOST or ratio > _TIGHT or (is_covered and are_tighter):
         return part.groups
     mean = part.total / (n_members - 1)
     return [_Group(part.members, step, ratio, mean / part.longest)]

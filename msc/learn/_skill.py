@@ -36,6 +36,7 @@ from msc._checks import (
     seed_of,
     validate_pairs,
     validate_points,
+    warn_of_scale,
 )
 from msc._parallel import tell
 from msc.learn._copies import find_copies
@@ -44,8 +45,6 @@ from msc.learn._gaussian import (
     fit_together,
     gaussian_classifier,
     gaussian_process,
-    is_tuned,
-    warn_of_scale,
 )
 from msc.learn._smce import SMCE
 
@@ -220,7 +219,7 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
         self._validate_params()
         X, y = validate_pairs(self, X, y)
         check_magnitude("y", y)
-        if is_tuned(self.regressor):
+        if self.regressor is None or isinstance(self.regressor, GaussianProcess):
             warn_of_scale(X)
         self._is_single_output = y.ndim == 1
         policies = y.reshape(len(X), -1)
@@ -239,36 +238,24 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
         gate = gate if self.n_charts_ > 1 else DummyClassifier()
         self.gate_ = seeded_clone(gate, seed)
         spreads = policies.std(axis=0)
+        copies = find_copies(policies) if self.regressor is None else np.arange(len(X))
         charts = [self.charts_ == c for c in range(self.n_charts_)]
-        known = [(X[in_chart], policies[in_chart]) for in_chart in charts]
-        if self.regressor is None:
-            copies = find_copies(policies)
-            known = [
-                _once(*given, copies[in_chart])
-                for given, in_chart in zip(known, charts, strict=True)
-            ]
+        known = [_once(X[here], policies[here], copies[here]) for here in charts]
         plans = [self._plan(*given, spreads, seed) for given in known]
-        fits, what = [fit for plan in plans for fit in plan], "regressions"
+        self.regressors_ = [models for models, _ in plans]
+        fits, what = [fit for _, fits in plans for fit in fits], "regressions"
         if self.n_charts_ > 1:
             fits, what = [partial(self.gate_.fit, X, self.charts_), *fits], "fits"
         else:
             self.gate_.fit(X, self.charts_)
-        told = tell(
-            (fit() for fit in fits),
-            what,
-            total=len(fits),
-            n_tasks=len(X) if self.n_charts_ > 1 else len(known[0][0]),
-            verbose=self.verbose,
-        )
-        fitted = list(told)
-        done = iter(fitted[len(fits) - sum(map(len, plans)) :])
-        self.regressors_ = [[r for _ in plan for r in next(done)] for plan in plans]
+        n_tasks = len(X) if self.n_charts_ > 1 else len(known[0][0])
+        list(tell(fits, what, n_tasks=n_tasks, verbose=self.verbose))  # fits them all
         return self
 
     def _plan(
         self, tasks: Array, policies: Array, spreads: Array, seed: int
-    ) -> list[Callable[[], list[Any]]]:
-        """Return what fits the regressions of a chart, step by step."""
+    ) -> tuple[list[Any], list[Callable[[], Any]]]:
+        """Return the regressions of a chart, and what fits them, step by step."""
         given = gaussian_process() if self.regressor is None else self.regressor
         is_quick = isinstance(given, GaussianProcess) and given.is_quick()
         is_shared = self.kernel_per == "chart"
@@ -276,16 +263,17 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
         models = [seeded_clone(given, seed) for _ in range(n_models)]
         if len(tasks) == 1:  # white noise about the one value: constant, never certain
             kernels = [WhiteKernel(spread**2, "fixed") for spread in spreads]
-            given = GaussianProcessRegressor(optimizer=None, normalize_y=True)
-            models = [clone(given).set_params(kernel=kernel) for kernel in kernels]
+            options = {"optimizer": None, "normalize_y": True}
+            models = [GaussianProcessRegressor(kernel, **options) for kernel in kernels]
         elif len(tasks) == 2 and isinstance(given, GaussianProcessRegressor):
             for model in models:
                 model.set_params(optimizer=None)
         if is_quick and len(tasks) > 1:
-            return [partial(fit_together, models, tasks, policies, shared=is_shared)]
+            fit = partial(fit_together, models, tasks, policies, shared=is_shared)
+            return models, [fit]
         targets = policies.T if len(models) == policies.shape[1] else [policies]
         pairs = zip(models, targets, strict=True)
-        return [partial(_fit, model, tasks, target) for model, target in pairs]
+        return models, [partial(model.fit, tasks, target) for model, target in pairs]
 
     def predict_chart(self, X: Any) -> Charts:
         """Tell which chart each task belongs to.
@@ -384,10 +372,6 @@ def _once(tasks: Array, policies: Array, copies: Charts) -> tuple[Array, Array]:
     means /= np.bincount(place.ravel())[:, None]
     order = np.argsort(first)
     return tasks[first[order]], means[order]
-
-
-def _fit(model: Any, tasks: Array, targets: Array) -> list[Any]:
-    return [model.fit(tasks, targets)]
 
 
 def _check_outputs(regressor: Any) -> None:

@@ -27,12 +27,11 @@ from msc._checks import (
     validate_points,
 )
 from msc.learn._copies import find_copies
+from msc.learn._elbow import elbow
 from msc.learn._reconstruction import SOLVERS, reconstruct
 from msc.learn._spectral import (
-    cluster_each,
+    cluster_graph,
     cluster_rows,
-    elbow,
-    laplacian_eigen,
     unit_rows,
     within_cluster_ss,
 )
@@ -230,8 +229,9 @@ class SMCE(ClusterMixin, BaseEstimator):  # type: ignore[misc]
 
         curve_length = min(self.max_clusters, n_samples)
         wanted = min(max(self.n_clusters or 1, curve_length), len(points))
-        self.eigenvalues_, vectors = laplacian_eigen(affinity, wanted, seed)
-        charts = cluster_each(vectors, min(curve_length, len(points)), seed)
+        self.eigenvalues_, vectors, charts = cluster_graph(
+            affinity, wanted, min(curve_length, len(points)), seed
+        )
         charts += charts[-1:] * (curve_length - len(charts))
         self.elbow_curve_ = np.array(
             [within_cluster_ss(distinct, each) for each in charts]

@@ -1,4 +1,4 @@
-"""Spectral clustering of an affinity graph, and the elbow of a curve over charts.
+"""Spectral clustering of an affinity graph.
 
 By the algorithm of A. Ng, M. Jordan and Y. Weiss, "On Spectral Clustering", NIPS 2001,
 whose steps are named below.
@@ -29,6 +29,41 @@ _BASIS = 40  # vectors that the iteration keeps, at least
 _SHIFT = -1e-12  # below 0 by far more than rounding, far less than the next eigenvalue
 _SAME = 1e-9  # of an eigenvalue: copies of a multiple one are no further apart
 _NUDGE = 1e-4  # of the last row's length: far above rounding, nothing to an inertia
+
+
+def cluster_graph(
+    affinity: sp.csr_array, k: int, n_counts: int, seed: int
+) -> tuple[Array, Array, list[NDArray[np.intp]]]:
+    """Cut an affinity graph into 1, 2, … clusters, each among as many eigenvectors.
+
+    Parameters
+    ----------
+    affinity : sparse array of shape (n_points, n_points)
+        Symmetric weights of the edges.
+    k : int
+        Eigenvectors that are found, at least `n_counts`.
+    n_counts : int
+        The largest number of clusters.
+    seed : int
+        Seed of all that is random.
+
+    Returns
+    -------
+    values : ndarray
+        Eigenvalues of the normalised Laplacian, ascending: of more than 500 points
+        the first `k`.
+    vectors : ndarray of shape (n_points, k)
+        The first eigenvectors, as columns.
+    labels : list of n_counts ndarrays of shape (n_points,)
+        Clusters, numbered in order of appearance.
+    """
+    values, vectors = laplacian_eigen(affinity, k, seed)
+    with threadpool_limits(1, "openmp"):  # so few rows: threads would only wait
+        labels = [
+            cluster_rows(unit_rows(vectors[:, :count]), seed)  # steps 3, 4 and 5
+            for count in range(1, n_counts + 1)
+        ]
+    return values, vectors, labels
 
 
 def laplacian_eigen(affinity: sp.csr_array, k: int, seed: int) -> tuple[Array, Array]:
@@ -193,43 +228,23 @@ def cluster_rows(embedding: Array, seed: int) -> NDArray[np.intp]:
     return np.argsort(np.argsort(first))[inverse]
 
 
-def cluster_each(vectors: Array, n_counts: int, seed: int) -> list[NDArray[np.intp]]:
-    """Find 1, 2, … clusters, each among as many eigenvectors."""
-    with threadpool_limits(1, "openmp"):  # so few rows: threads would only wait
-        return [
-            cluster_rows(unit_rows(vectors[:, :count]), seed)  # steps 3, 4 and 5
-            for count in range(1, n_counts + 1)
-        ]
-
-
 def within_cluster_ss(X: Array, labels: NDArray[np.intp]) -> float:
-    """Sum the squared distances of points from their chart's mean."""
+    """Sum the squared distances of points from their chart's mean.
+
+    Parameters
+    ----------
+    X : ndarray of shape (n_points, n_features)
+        Points.
+    labels : ndarray of shape (n_points,)
+        Their charts.
+
+    Returns
+    -------
+    float
+        The sum; 0 if nothing but rounding tells points from means.
+    """
     members = np.eye(labels.max() + 1)[labels]
     centers = (members.T @ X) / members.sum(axis=0)[:, None]
     apart = X - centers[labels]
     rounding = len(X) * np.finfo(float).eps * np.abs(X).max(initial=0.0)
     return 0.0 if np.abs(apart).max() <= rounding else float((apart**2).sum())
-
-
-def elbow(curve: Array) -> int:
-    """Find the elbow of a falling curve: the entry furthest below its chord.
-
-    Rescaling an axis cannot change it.
-
-    Parameters
-    ----------
-    curve : ndarray of shape (n_counts,)
-        A value for each count 1, 2, …
-
-    Returns
-    -------
-    int
-        The count at the elbow.
-
-    Examples
-    --------
-    >>> elbow(np.array([9.0, 4.0, 1.0, 0.9, 0.8]))
-    3
-    """
-    chord = np.linspace(curve[0], curve[-1], len(curve))
-    return int(np.argmax(chord - curve)) + 1

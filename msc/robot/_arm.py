@@ -217,12 +217,9 @@ class Arm:
             energy = np.sum(np.diff(joints, axis=1) ** 2, axis=(1, 2)) / TIME_STEP
             path = forward_kinematics(joints, self.workspace.link_lengths)[:, :, -1]
             error = np.hypot(*(path[:, -1] - targets[batch]).T)
-            rollouts += [
-                Rollout(j, p, float(d), float(e), float(i))
-                for j, p, d, e, i in zip(
-                    joints, path, error, energy, impulse, strict=True
-                )
-            ]
+            numbers = error.tolist(), energy.tolist(), impulse.tolist()
+            rows = zip(joints, path, *numbers, strict=True)
+            rollouts += [Rollout(*row) for row in rows]
         return rollouts
 
     def plan(

@@ -28,21 +28,10 @@ def run_in_lockstep(
     searches: Iterable[tuple[float, Search[T]]],
     dmp: DMP | None = None,
 ) -> Iterator[tuple[int, T]]:
-    """Carry out searches, nine at a time.
+    """Carry out searches, task angle (degrees) and steps of each, nine at a time.
 
-    Parameters
-    ----------
-    workspace : Workspace
-        The world of all.
-    searches : iterable of (float, generator)
-        Of each the task angle (degrees) and its steps; taken as there is room.
-    dmp : DMP, optional
-        What a policy means; by default ``DMP()``.
-
-    Yields
-    ------
-    tuple of (int, object)
-        Number of a search and what it found, as they end.
+    They are taken as there is room; yields their numbers and what they found, as they
+    end.
     """
     waiting = iter(enumerate(searches))
     going: dict[int, tuple[float, Search[T]]] = {}
@@ -73,11 +62,9 @@ def _execute(
 ) -> list[Rollout]:
     """Execute policies in worlds of as many arms as they need."""
     rollouts: list[Rollout] = []
-    while len(rollouts) < len(policies):
-        first = len(rollouts)
-        left = min(len(policies) - first, N_PARALLEL)
-        size = next(size for size in _SIZES if size >= left)
+    for first in range(0, len(policies), N_PARALLEL):
+        batch = slice(first, first + N_PARALLEL)
+        size = next(size for size in _SIZES if size >= len(policies[batch]))
         arm = cached_arm(workspace, dmp, n_parallel=size)
-        batch = slice(first, first + left)
         rollouts += arm.execute_many(policies[batch], angles[batch])
     return rollouts

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable
-from dataclasses import dataclass, fields
+from dataclasses import asdict, dataclass, fields
 from numbers import Real
 from typing import Any
 
@@ -100,12 +100,9 @@ class SearchOptions:
     @property
     def changed(self) -> tuple[str, ...]:
         """Options that differ from the defaults, each as ``"name=value"``."""
-        values = {field: getattr(self, field.name) for field in fields(self)}
-        return tuple(
-            f"{field.name}={value!r}"
-            for field, value in values.items()
-            if value != field.default
-        )
+        usual = asdict(SearchOptions())
+        changed = {k: v for k, v in asdict(self).items() if v != usual[k]}
+        return tuple(f"{name}={value!r}" for name, value in changed.items())
 
     @classmethod
     def parse(cls, texts: Iterable[str]) -> SearchOptions:

@@ -30,10 +30,8 @@ from msc.search._lockstep import N_PARALLEL, Search, run_in_lockstep
 from msc.search._options import SearchOptions
 from msc.search._policy import ENERGY_WEIGHT, ERROR_WEIGHT, SearchResult, search_steps
 
-_GIVEN = {
-    "given 0": "task before",
-    "given 1": "task after",
-}  # whose policies start runs
+# Whose policies start runs.
+_GIVEN = {"given 0": "task before", "given 1": "task after"}
 
 _SHARE = 2 * N_PARALLEL  # tasks that a worker takes at a time, at most
 

@@ -5,6 +5,7 @@ One regression over all tasks, the baseline that charts are compared with.
 
 from __future__ import annotations
 
+from functools import partial
 from numbers import Real
 from typing import Any, ClassVar, Self
 
@@ -17,9 +18,16 @@ from sklearn.base import BaseEstimator, MultiOutputMixin, RegressorMixin
 from sklearn.utils._param_validation import Interval
 from sklearn.utils.validation import check_is_fitted
 
-from msc._checks import MAGNITUDES, validate_cost, validate_pairs, validate_points
+from msc._checks import (
+    LENGTH_SCALE_BOUNDS,
+    LENGTH_SCALES,
+    MAGNITUDES,
+    validate_cost,
+    validate_pairs,
+    validate_points,
+    warn_of_scale,
+)
 from msc._parallel import tell
-from msc.learn._gaussian import LENGTH_SCALE_BOUNDS, LENGTH_SCALES, warn_of_scale
 
 Array = NDArray[np.float64]
 
@@ -204,14 +212,9 @@ def _tune(
         bounds = np.log(_BOUNDS)
         return minimize(objective, start, jac=True, bounds=bounds, method="L-BFGS-B")
 
-    told = tell(
-        LENGTH_SCALES,
-        "starts of the search",
-        total=len(LENGTH_SCALES),
-        n_tasks=len(targets),
-        verbose=verbose,
-    )
-    found = min(map(search, told), key=lambda optimum: optimum.fun)
+    searches = [partial(search, length_scale) for length_scale in LENGTH_SCALES]
+    told = tell(searches, "starts of the search", n_tasks=len(targets), verbose=verbose)
+    found = min(told, key=lambda optimum: optimum.fun)
     length_scale, noise = np.exp(found.x)
     return float(length_scale), float(noise / cost.mean())
 
