@@ -36,6 +36,7 @@ _CLOSE = 1e-4  # of log length scales: as good as equal
 _FLAT = 1e-6  # differences of a log likelihood that says nothing
 _ROUNDS = 30  # of the search, at most
 _NEAR = 2.0  # log likelihoods: a second best optimum may turn out the best
+_CELL = 0.16  # of log length scales: how close one looks where it is likely
 _END = 0.05  # how far from an end of the search a least within is sought
 _RATIOS = 43  # of noise to amplitude that are tried first: three a decade
 _SAMPLE = 512  # tasks among which nodes of a kernel are sought first
@@ -472,14 +473,15 @@ def _search(look: Callable[[float], tuple[float, Any]], low: float, high: float)
     for _ in range(_ROUNDS):
         x = np.sort([*known])
         y = np.array([value(at) for at in x])
-        wanted = [
-            at
-            for height, at in _valleys(x, y)
-            if height < y.min() + _NEAR and np.abs(x - at).min() > _CLOSE
-        ]
+        good = y < y.min() + _NEAR
+        valleys = [at for height, at in _valleys(x, y) if height < y.min() + _NEAR]
+        wanted = [at for at in valleys if np.abs(x - at).min() > _CLOSE]
+        wide = good[1:] & good[:-1] & (np.diff(x) > _CELL)  # where one may be hidden
+        wanted += [*(x[1:] + x[:-1])[wide] / 2]
         if not wanted:
             break
-        value(wanted[0])
+        for at in wanted:
+            value(at)
     return min(known.values(), key=lambda found: found[0])[1]
 
 
