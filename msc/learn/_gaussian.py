@@ -475,7 +475,7 @@ def _search(look: Callable[[float], tuple[float, Any]], low: float, high: float)
         y = np.array([value(at) for at in x])
         good = y < y.min() + _NEAR
         valleys = [at for height, at in _valleys(x, y) if height < y.min() + _NEAR]
-        wanted = [at for at in valleys if np.abs(x - at).min() > _CLOSE]
+        wanted = [at for at in valleys if np.abs(x - at).min() > _CLOSE][:1]
         wide = good[1:] & good[:-1] & (np.diff(x) > _CELL)  # where one may be hidden
         wanted += [*(x[1:] + x[:-1])[wide] / 2]
         if not wanted:
@@ -490,7 +490,7 @@ def _valleys(x: Array, y: Array) -> list[tuple[float, float]]:
     x, y = x[y < np.inf], y[y < np.inf]
     padded = np.concatenate([[np.inf], y, [np.inf]])
     found = []
-    for i in map(int, np.flatnonzero((y <= padded[:-2]) & (y <= padded[2:]))):
+    for i in map(int, np.flatnonzero((y < padded[:-2]) & (y <= padded[2:]))):
         below, above = x[max(i - 1, 0)], x[min(i + 1, len(x) - 1)]
         for width in (2, 1):  # of neighbours on either side
             near = slice(max(i - width, 0), i + width + 1)
