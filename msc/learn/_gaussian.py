@@ -34,7 +34,9 @@ Array = NDArray[np.float64]
 
 _CLOSE = 1e-4  # of log length scales: as good as equal
 _FLAT = 1e-6  # differences of a log likelihood that says nothing
-_ROUNDS = 20  # of the search, at most
+_ROUNDS = 30  # of the search, at most
+_NEAR = 2.0  # log likelihoods: a second best optimum may turn out the best
+_CELL = 0.16  # of log length scales: how close one looks where it is likely
 _END = 0.05  # how far from an end of the search a least within is sought
 _RATIOS = 43  # of noise to amplitude that are tried first: three a decade
 _SAMPLE = 512  # tasks among which nodes of a kernel are sought first
@@ -353,19 +355,25 @@ def _search(look: Callable[[float], tuple[float, Any]], low: float, high: float)
             path.append(np.clip(2 * path[-1] - path[-2], low, high))
     for _ in range(_ROUNDS):
         x = np.sort([*known])
-        at = _likeliest(x, np.array([value(at) for at in x]))
-        if np.abs(x - at).min() < _CLOSE:
+        y = np.array([value(at) for at in x])
+        good = y < y.min() + _NEAR
+        valleys = [at for height, at in _valleys(x, y) if height < y.min() + _NEAR]
+        wanted = [at for at in valleys if np.abs(x - at).min() > _CLOSE][:1]
+        wide = good[1:] & good[:-1] & (np.diff(x) > _CELL)  # where one may be hidden
+        wanted += [*(x[1:] + x[:-1])[wide] / 2]
+        if not wanted:
             break
-        value(at)
+        for at in wanted:
+            value(at)
     return min(known.values(), key=lambda found: found[0])[1]
 
 
-def _likeliest(x: Array, y: Array) -> float:
-    """Return where the least of a function may be, by curves through what is known."""
+def _valleys(x: Array, y: Array) -> list[tuple[float, float]]:
+    """Return how low a function may go, and where, by curves through what is known."""
     x, y = x[y < np.inf], y[y < np.inf]
     padded = np.concatenate([[np.inf], y, [np.inf]])
     found = []
-    for i in map(int, np.flatnonzero((y <= padded[:-2]) & (y <= padded[2:]))):
+    for i in map(int, np.flatnonzero((y < padded[:-2]) & (y <= padded[2:]))):
         below, above = x[max(i - 1, 0)], x[min(i + 1, len(x) - 1)]
         for width in (2, 1):  # of neighbours on either side
             near = slice(max(i - width, 0), i + width + 1)
@@ -380,7 +388,7 @@ def _likeliest(x: Array, y: Array) -> float:
             inwards = min(_END, (above - below) / 2)
             at = float(np.clip(at, below + inwards, above - inwards))
         found.append((float(curve(at)), at))
-    return min(found)[1]
+    return sorted(found)
 
 
 def _refine(
