@@ -276,10 +276,34 @@ def test_eigenvalues_are_those_of_the_normalised_laplacian():
     random_walk = weights / weights.sum(axis=1, keepdims=True)
     expected = np.sort(1 - np.linalg.eigvals(random_walk).real)
     np.testing.assert_allclose(model.eigenvalues_, expected, atol=1e-10)
-    n_components, _ = connected_components(model.affinity_matrix_)
-    assert (model.eigenvalues_ < 1e-10).sum() == n_components == 4
+    assert (model.eigenvalues_ < 1e-10).sum() == model.n_components_ == 4
     np.testing.assert_allclose(np.linalg.norm(model.embedding_, axis=1), 1)
     assert model.embedding_.shape == (48, 4)
+
+
+@few
+@given(seeds, st.integers(2, 60), st.integers(1, 3), st.sampled_from(FORMS))
+def test_components_are_those_of_the_graph(seed, n_points, n_neighbors, form):
+    """Of far clusters, copies and single points; by scipy, and by walking the edges."""
+    rng = np.random.default_rng(seed)
+    X = rng.normal(size=(n_points, 2)) + 10.0 ** rng.integers(-3, 6, (n_points, 1))
+    X = X[rng.integers(0, n_points, n_points)]
+    model = SMCE(1, n_neighbors=n_neighbors, form=form, random_state=0).fit(X)
+    affinity = model.affinity_matrix_.toarray()
+    assert model.n_components_ == connected_components(affinity)[0]
+    left, n_components = set(range(n_points)), 0
+    while left:
+        new, n_components = {left.pop()}, n_components + 1
+        while new:
+            new = set(np.flatnonzero(affinity[list(new)].any(axis=0)).tolist()) & left
+            left -= new
+    assert model.n_components_ == n_components
+
+
+def test_there_may_be_more_components_than_eigenvalues():
+    X = np.c_[np.tile(np.arange(6.0), 100), np.repeat(100.0 * np.arange(100), 6)]
+    model = SMCE(2, n_neighbors=4, random_state=0).fit(X)
+    assert model.n_components_ == 100 > len(model.eigenvalues_)
 
 
 @pytest.mark.parametrize("regularization", [10, 30, 100])

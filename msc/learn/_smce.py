@@ -86,7 +86,10 @@ class SMCE(ClusterMixin, BaseEstimator):  # type: ignore[misc]
         point, 1.
     eigenvalues_ : ndarray
         Of the normalised Laplacian of the distinct points, ascending; all of them up to
-        2000 points. As many are zero as the graph has connected components.
+        500 points, of more as many as charts are considered. The small ones are right
+        to six digits too; but count components by `n_components_`, not by their zeros.
+    n_components_ : int
+        Connected components of the graph of `affinity_matrix_`.
     copy_of_ : ndarray of shape (n_samples,)
         Index of the first point that says the same: a point's own if it is no copy.
     embedding_ : ndarray of shape (n_samples, n_clusters)
@@ -202,6 +205,8 @@ class SMCE(ClusterMixin, BaseEstimator):  # type: ignore[misc]
         ------
         ValueError
             If a parameter is out of range, or `X` not finite, too large or too small.
+        LinAlgError
+            If the graph's eigenvectors cannot be found.
 
         Warns
         -----
@@ -221,6 +226,7 @@ class SMCE(ClusterMixin, BaseEstimator):  # type: ignore[misc]
         points, place = np.unique(self.copy_of_, return_inverse=True)
         distinct = _means(X, points, place)
         affinity = self._connect(distinct, points.astype(np.int32), place)
+        self.n_components_, component = connected_components(affinity, directed=False)
 
         curve_length = min(self.max_clusters, n_samples)
         wanted = min(max(self.n_clusters or 1, curve_length), len(points))
@@ -232,7 +238,7 @@ class SMCE(ClusterMixin, BaseEstimator):  # type: ignore[misc]
         )
         count = min(self.n_clusters or elbow(self.elbow_curve_), len(points))
         self.n_clusters_ = count
-        self._warn_of_too_few(len(points), affinity)
+        self._warn_of_too_few(len(points), np.bincount(component))
         embedding = unit_rows(vectors[:, :count])
         known = count <= curve_length
         labels = charts[count - 1] if known else cluster_rows(embedding, seed)
@@ -275,7 +281,7 @@ class SMCE(ClusterMixin, BaseEstimator):  # type: ignore[misc]
         self.affinity_matrix_ += sp.csr_array(entries, shape)
         return affinity
 
-    def _warn_of_too_few(self, n_points: int, affinity: sp.csr_array) -> None:
+    def _warn_of_too_few(self, n_points: int, sizes: NDArray[np.intp]) -> None:
         """Say where there are fewer distinct points, or charts, than it takes."""
         count = self.n_clusters_
         if self.n_clusters is not None and self.n_clusters > n_points:
@@ -284,14 +290,12 @@ class SMCE(ClusterMixin, BaseEstimator):  # type: ignore[misc]
                 f"charts cannot be found: there are {n_points}.",
                 stacklevel=3,
             )
-        n_components, component = connected_components(affinity, directed=False)
-        if n_components > count and self.n_clusters != 1:
-            sizes = np.sort(np.bincount(component))[::-1]
+        if len(sizes) > count and self.n_clusters != 1:
             largest = "" if count == 1 else f"the {count - 1} largest are charts, "
             warnings.warn(
-                f"The graph has {n_components} components, of {sizes[-1]} to "
-                f"{sizes[0]} points, but n_clusters_ is {count}: {largest}"
-                f"{n_components - count + 1} share one. More n_neighbors than "
+                f"The graph has {len(sizes)} components, of {sizes.min()} to "
+                f"{sizes.max()} points, but n_clusters_ is {count}: {largest}"
+                f"{len(sizes) - count + 1} share one. More n_neighbors than "
                 f"{self.n_neighbors} may connect them.",
                 stacklevel=3,
             )

@@ -6,27 +6,36 @@ whose steps are named below.
 
 from __future__ import annotations
 
+import contextlib
+from collections.abc import Callable
+
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
-from scipy.linalg import eigh
-from scipy.sparse.csgraph import connected_components
-from scipy.sparse.linalg import LinearOperator, eigsh, splu
+from scipy.linalg import LinAlgError, eigh
+from scipy.sparse.csgraph import connected_components, dijkstra
+from scipy.sparse.linalg import ArpackError, LinearOperator, eigsh, splu
 from sklearn.cluster import KMeans
 from threadpoolctl import threadpool_limits
 
 Array = NDArray[np.float64]
+Product = Callable[[Array], Array]  # of a matrix with a vector
 
-_LARGEST_DENSE = 2000  # points; above, only the eigenvectors needed are computed
+_LARGEST_DENSE = 500  # points; above, only the eigenvectors needed are computed
+_TINY = 1e-6  # eigenvalues below this, rounding (1e-15) spoils in the ninth digit
+_DEEP = 30  # steps across a graph; in deeper ones the small eigenvalues lie too close
+_RESTARTS = 100  # of the iteration; with an inverse it needs a few
+_BASIS = 40  # vectors that the iteration keeps, at least
+_SHIFT = -1e-12  # below 0 by far more than rounding, far less than the next eigenvalue
+_SAME = 1e-9  # of an eigenvalue: copies of a multiple one are no further apart
 _NUDGE = 1e-4  # of the last row's length: far above rounding, nothing to an inertia
-_SHIFT = -1e-8  # below 0, the least eigenvalue, by less than the next of a long chain
 
 
 def laplacian_eigen(affinity: sp.csr_array, k: int, seed: int) -> tuple[Array, Array]:
     """Decompose the symmetric normalised Laplacian of an affinity graph.
 
-    Returns its eigenvalues, ascending (of more than 2000 points the first `k`), and the
-    first `k` eigenvectors as columns.
+    Returns its eigenvalues, ascending (of more than 500 points the first `k`), and the
+    first `k` eigenvectors as columns. Also the smallest are right to six digits.
 
     Notes
     -----
@@ -35,59 +44,128 @@ def laplacian_eigen(affinity: sp.csr_array, k: int, seed: int) -> tuple[Array, A
     span the S - 1 largest components, one by one, and all the others together.
     """
     n_points = affinity.shape[0]
-    scale = sp.diags_array(1 / np.sqrt(affinity.sum(axis=1)))
-    laplacian = sp.eye_array(n_points) - scale @ affinity @ scale  # 1 - L of step 2
-    null = _null_vectors(affinity, k)
-    if n_points <= max(_LARGEST_DENSE, k + 1):  # the iterative solver finds fewer
-        values, vectors = eigh(laplacian.toarray())
-        vectors = np.hstack([null, vectors[:, null.shape[1] : k]])
-    else:
-        further, others = _smallest_but_null(laplacian, null, k, seed)
-        values = np.r_[np.zeros(null.shape[1]), further]
-        vectors = np.hstack([null, others])
-    return np.clip(values, 0.0, 2.0), vectors
-
-
-def _null_vectors(affinity: sp.csr_array, k: int) -> Array:
-    """Return the first eigenvectors of 0, at most k; see the notes above."""
     n_components, component = connected_components(affinity, directed=False)
+    null = _null_vectors(affinity, component, k)
+    if n_points <= max(_LARGEST_DENSE, k + 1):
+        values, vectors = eigh(_laplacian(affinity).toarray())
+        n_tiny = int(np.searchsorted(values, _TINY))
+        if n_tiny > n_components:
+            zeros = _null_vectors(affinity, component, n_components)
+            tiny = _separate(affinity, zeros, vectors[:, :n_tiny])
+            values[:n_tiny] = np.r_[np.zeros(n_components), tiny[0]]
+            vectors[:, n_components:n_tiny] = tiny[1]
+        others = vectors[:, null.shape[1] : k]
+    else:
+        try:
+            further, others = _smallest_but_null(affinity, component, k, seed)
+        except (RuntimeError, MemoryError) as error:  # ARPACK's are RuntimeErrors
+            raise LinAlgError(
+                f"No eigenvectors of the graph of {n_points} points, in {n_components} "
+                f"components, were found ({error}). Try fewer max_clusters or "
+                "n_clusters, more n_neighbors, or fewer points."
+            ) from error
+        values = np.r_[np.zeros(null.shape[1]), further]
+    return np.clip(values, 0.0, 2.0), np.hstack([null, others])
+
+
+def _laplacian(affinity: sp.csr_array) -> sp.csr_array:
+    """Return 1 - L of step 2."""
+    scale = sp.diags_array(1 / np.sqrt(affinity.sum(axis=1)))
+    return sp.eye_array(affinity.shape[0]) - scale @ affinity @ scale
+
+
+def _null_vectors(affinity: sp.csr_array, component: NDArray[np.intp], k: int) -> Array:
+    """Return the first eigenvectors of 0, at most k; see the notes above."""
     largest_first = np.argsort(-np.bincount(component), kind="stable")
     rank = np.argsort(largest_first)[component]
     roots = np.sqrt(affinity.sum(axis=1))
-    left = rank[:, None] >= np.arange(min(k, n_components))
+    left = rank[:, None] >= np.arange(min(k, len(largest_first)))
     return np.asarray(np.linalg.qr(np.where(left, roots[:, None], 0.0))[0])
 
 
 def _smallest_but_null(
-    laplacian: sp.csr_array, null: Array, k: int, seed: int
+    affinity: sp.csr_array, component: NDArray[np.intp], k: int, seed: int
 ) -> tuple[Array, Array]:
     """Return the eigenvalues and vectors that follow the null ones, up to the k-th."""
-    # ARPACK in shift-invert mode: it iterates with the inverse of (Laplacian - shift),
-    # since the small eigenvalues of a long chain lie very close; and in the complement
-    # of the null vectors, which are known and would drown them.
-    n_points, n_null = null.shape
-    if n_null == k:
-        return np.empty(0), np.empty((n_points, 0))
+    n_components = component.max() + 1
+    n_further = max(k - n_components, 0)
+    values, vectors = [np.empty(0)], [np.empty((len(component), 0))]
+    for each in range(n_components if n_further else 0):
+        members = np.flatnonzero(component == each)
+        part = affinity[members][:, members]
+        found, within = _smallest_of_one(part, min(n_further, len(members) - 1), seed)
+        values.append(found)
+        vectors.append(np.zeros((len(component), len(found))))
+        vectors[-1][members] = within
+    smallest = np.argsort(np.concatenate(values), kind="stable")[:n_further]
+    return np.concatenate(values)[smallest], np.hstack(vectors)[:, smallest]
+
+
+def _smallest_of_one(affinity: sp.csr_array, k: int, seed: int) -> tuple[Array, Array]:
+    """Return the k smallest eigenvalues but 0, and vectors, of a connected graph."""
+    laplacian, null = _laplacian(affinity), np.sqrt(affinity.sum(axis=1))[:, None]
+    null /= np.linalg.norm(null)
+    if len(null) <= max(_LARGEST_DENSE, 2 * k + 2):  # Lanczos' basis would be as large
+        vectors = eigh(laplacian.toarray(), subset_by_index=[0, k])[1]
+        return _separate(affinity, null, vectors)
+
+    def find(product: Product) -> tuple[Array, Array]:
+        values, vectors = np.full(k, np.inf), null[:, 1:]
+        rng = np.random.default_rng(seed)
+        for n_more in [k] + k * [1]:  # of a multiple eigenvalue, it may miss vectors
+            known = np.hstack([null, vectors])
+            more = np.hstack([known, _lanczos(product, known, n_more, rng)])
+            found, basis = _separate(affinity, null, more)
+            if not (found[:k] < (1 - _SAME) * values).any():
+                break
+            values, vectors = found[:k], basis[:, :k]
+        return values, vectors
+
+    if dijkstra(affinity, unweighted=True, indices=0).max() <= _DEEP:
+        with contextlib.suppress(ArpackError):
+            return find(lambda vector: 2 * vector - laplacian @ vector)
+    # The small eigenvalues of a long chain lie very close: those of the inverse do not.
+    shifted = laplacian - _SHIFT * sp.eye_array(len(null))
     factors = splu(  # in an order of little fill
-        (laplacian - _SHIFT * sp.eye_array(n_points)).tocsc(),
+        shifted.tocsc(),
         permc_spec="MMD_AT_PLUS_A",
         diag_pivot_thresh=0.0,
         options={"SymmetricMode": True},
     )
+    return find(factors.solve)
+
+
+def _lanczos(product: Product, known: Array, k: int, rng: np.random.Generator) -> Array:
+    """Find a matrix' k eigenvectors of largest eigenvalues that are not known."""
 
     def apart(vector: Array) -> Array:
-        return np.asarray(vector - null @ (null.T @ vector))
+        return np.asarray(vector - known @ (known.T @ vector))
 
-    def solve(vector: Array) -> Array:
-        return apart(np.asarray(factors.solve(apart(vector)), dtype=float))
-
-    inverse = LinearOperator(laplacian.shape, matvec=solve, dtype=float)
-    start = apart(np.asarray(np.random.default_rng(seed).standard_normal(n_points)))
-    values, vectors = eigsh(
-        laplacian, k - n_null, sigma=_SHIFT, v0=start, OPinv=inverse
+    n_points = len(known)
+    operator = LinearOperator(
+        (n_points, n_points), lambda vector: apart(product(apart(vector))), dtype=float
     )
-    order = np.argsort(values)
-    return values[order], vectors[:, order]
+    start = apart(rng.standard_normal(n_points))
+    n_kept = min(max(2 * k + 2, _BASIS), n_points)
+    options = {"v0": start, "ncv": n_kept, "maxiter": _RESTARTS, "rng": rng}
+    return np.asarray(eigsh(operator, k, which="LA", **options)[1])
+
+
+def _separate(
+    affinity: sp.csr_array, null: Array, vectors: Array
+) -> tuple[Array, Array]:
+    """Return eigenvalues and vectors in the span of `vectors` but for that of null."""
+    # By Rayleigh and Ritz. The Laplacian is B'B, where a row of B takes the difference
+    # between the ends of an edge: the squares of B's singular values have the accuracy
+    # of the vectors, however small they are, while differences of sums do not.
+    n_further = vectors.shape[1] - null.shape[1]
+    apart = vectors - null @ (null.T @ vectors)
+    basis = np.linalg.svd(apart, full_matrices=False)[0][:, :n_further]
+    edges = sp.triu(affinity, 1).tocoo()
+    ends = basis / np.sqrt(affinity.sum(axis=1))[:, None]
+    slopes = np.sqrt(edges.data)[:, None] * (ends[edges.row] - ends[edges.col])
+    _, singular, turn = np.linalg.svd(slopes, full_matrices=False)
+    return singular[::-1] ** 2, basis @ turn[::-1].T
 
 
 def unit_rows(vectors: Array) -> Array:

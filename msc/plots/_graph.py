@@ -16,7 +16,6 @@ from matplotlib.axes import Axes
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
-from scipy.sparse.csgraph import connected_components
 from sklearn.decomposition import PCA
 
 from msc.learn import SMCE, elbow
@@ -343,7 +342,7 @@ def _legend(n_charts: int) -> dict[str, str]:
 
 def _pieces(fit: SMCE) -> str:
     """Say into how many pieces a graph falls."""
-    n_pieces = connected_components(fit.affinity_matrix_, directed=False)[0]
+    n_pieces = fit.n_components_
     return "in one piece" if n_pieces == 1 else f"in {n_pieces} pieces"
 
 
