@@ -4,13 +4,14 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import msc.search._audit
+import msc.study._audit
 from msc import SearchResult, Workspace, load_dataset
 from msc._parallel import call_in_order
 from msc.data import Dataset, find_data, save_table
 from msc.plots import jump_table, quality_table
-from msc.search import SearchOptions, SweepPlan, audit_table, grid, search_tasks
-from msc.search._audit import _bisect, _bisect_jumps, _find_workspace
+from msc.search import SearchOptions, SweepPlan, grid, search_tasks
+from msc.study import audit_table
+from msc.study._audit import _bisect, _bisect_jumps, _find_workspace
 
 free = Workspace.free()
 brief = SearchOptions(max_evaluations=18)
@@ -35,7 +36,7 @@ def searches(monkeypatch):
             found = np.asarray(policy(task_deg), dtype=float)
             return SearchResult(task_deg, found, cost, 0.0, 0.0, 0.0, ())
 
-        monkeypatch.setattr(msc.search._audit, "search_policy", search)
+        monkeypatch.setattr(msc.study._audit, "search_policy", search)
         return search
 
     return install
@@ -146,7 +147,7 @@ def test_options_are_heeded_and_told(table, searches, monkeypatch):
         asked.append(more["options"])
         return search(*arguments)
 
-    monkeypatch.setattr(msc.search._audit, "search_policy", note)
+    monkeypatch.setattr(msc.study._audit, "search_policy", note)
     command = audit_table(table, n_sample=2, options=brief)["provenance"]["command"]
     assert command.endswith(" --seed 1 --set max_evaluations=18")
     assert len(asked) >= 2

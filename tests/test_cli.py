@@ -258,7 +258,7 @@ def test_a_search_whose_worker_is_killed_goes_on_to_the_same_bytes(whole, here):
     [
         ("msc.study._study._fit_and_test", ["evaluate", "--out-dir", "new"]),
         (
-            "msc.search._audit.search_policy",
+            "msc.study._audit.search_policy",
             ["audit", str(find_data() / "free_test.csv")],
         ),
         ("msc.study._calibration._walk", ["survey", "cut", "--out", "new/cut.json"]),

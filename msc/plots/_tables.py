@@ -12,8 +12,7 @@ import pandas as pd
 from msc.data import load_dataset
 from msc.estimates import Estimate, rounded
 from msc.learn import SELECTION_CRITERIA
-from msc.search import LOWER
-from msc.study import MEASURES, draw_samples, find_cell, most_picked
+from msc.study import LOWER, MEASURES, draw_samples, find_cell, most_picked
 
 WORLD_TITLES = {"free": "without obstacles", "obstacles": "with obstacles"}
 SIGNS = {"lower": "●", "undecided": "○", "higher": "✕"}  # of the charts' error

@@ -4,8 +4,8 @@ A policy is the six weights of Eq. 7; its `cost` weighs the final distance to th
 against the energy of the movement. `search_policy` finds the cheapest policy of one
 task by several runs of CMA-ES, and `record_search` keeps all that these try;
 `search_tasks` carries out a `SweepPlan`, a search of many tasks that neighbours help,
-on processes or a cluster, and goes on where it was interrupted. `audit_table` examines
-what came out. `SearchOptions` has all that a search may be told.
+on processes or a cluster, and goes on where it was interrupted. `SearchOptions` has all
+that a search may be told.
 
 A *start* is where a run of CMA-ES begins, a *run*, the `CmaRun` of `minimize`, what
 becomes of it. `task_deg` are degrees, counted from the cut; the final distance is
@@ -17,7 +17,6 @@ from typing import TYPE_CHECKING
 from press import face
 
 if TYPE_CHECKING:
-    from msc.search._audit import LOWER, audit_table
     from msc.search._cmaes import CmaRun, minimize
     from msc.search._options import SearchOptions
     from msc.search._policy import (

@@ -13,6 +13,7 @@ does.
 - `run_study`, `Study`, `MEASURES`, `find_cell`, `format_study`: many of them
 - `run_elbows` and, below it, `measure_elbows`, `most_picked`, `choose_criterion`,
   `compare_gates`, `average_gates`, `compare_clusterers`: the choices inside a skill
+- `audit_table`: evidence on a table of policies
 - `locate_cut`, `choose_layout`: what fixed the world's two free constants
 """
 
@@ -21,6 +22,7 @@ from typing import TYPE_CHECKING
 from press import face
 
 if TYPE_CHECKING:
+    from msc.study._audit import LOWER, audit_table
     from msc.study._calibration import choose_layout, locate_cut
     from msc.study._choices import (
         average_gates,

@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 from msc._parallel import call_in_order
 from msc.data import Dataset, describe_origin, find_jumps, load_dataset, read_package
 from msc.robot import Arm, Workspace
-from msc.search._options import SearchOptions
-from msc.search._policy import SearchResult, search_policy
+from msc.search import SearchOptions, SearchResult, search_policy
 
 N_STARTS = 4  # of a search done again, none of them from a known policy
 LOWER = 0.005  # a cost this share below the stored one tells of a missed policy
