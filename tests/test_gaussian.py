@@ -11,8 +11,8 @@ from sklearn.cluster import KMeans
 from sklearn.linear_model import LinearRegression
 
 from msc import CrKR, ParameterizedSkill
+from msc._checks import warn_of_scale
 from msc.learn import gaussian_process
-from msc.learn._gaussian import warn_of_scale
 
 TURN = 2 * np.pi
 ROUND = 15.0 * np.arange(24)[:, None]  # degrees

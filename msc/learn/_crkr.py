@@ -17,9 +17,16 @@ from sklearn.base import BaseEstimator, MultiOutputMixin, RegressorMixin
 from sklearn.utils._param_validation import Interval
 from sklearn.utils.validation import check_is_fitted
 
-from msc._checks import MAGNITUDES, validate_cost, validate_pairs, validate_points
+from msc._checks import (
+    LENGTH_SCALE_BOUNDS,
+    LENGTH_SCALES,
+    MAGNITUDES,
+    validate_cost,
+    validate_pairs,
+    validate_points,
+    warn_of_scale,
+)
 from msc._parallel import tell
-from msc.learn._gaussian import LENGTH_SCALE_BOUNDS, LENGTH_SCALES, warn_of_scale
 
 Array = NDArray[np.float64]
 

@@ -9,7 +9,6 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
-from scipy.spatial import KDTree
 from sklearn.exceptions import ConvergenceWarning
 from sklearn.gaussian_process import GaussianProcessClassifier, GaussianProcessRegressor
 from sklearn.gaussian_process.kernels import (
@@ -21,11 +20,11 @@ from sklearn.gaussian_process.kernels import (
     WhiteKernel,
 )
 
+from msc._checks import LENGTH_SCALE_BOUNDS, LENGTH_SCALES
+
 Array = NDArray[np.float64]
 Optimum = tuple[Array, float]
 
-LENGTH_SCALE_BOUNDS = (1e-2, 1e2)  # rad; bounds of the length scale
-LENGTH_SCALES = (0.2, 0.7, 2.5)  # rad; starts of the likelihood's search
 _NOISES = (1e-6, 1e-3, 1e-1)  # of the policies' variance; likewise
 
 
@@ -96,94 +95,6 @@ def gaussian_classifier() -> GaussianProcessClassifier:
 def is_tuned(regressor: Any) -> bool:
     """Tell whether a regression seeks its length scale within our bounds."""
     return regressor is None or isinstance(regressor, _BoundedRegressor)
-
-
-def warn_of_scale(tasks: Array) -> None:
-    """Warn of tasks at a scale on which no length scale would be found.
-
-    Notes
-    -----
-    Tasks are counted once, however often they are given; tasks nearer than a tenth of
-    the distance to the 16th nearest count as copies, and so does a group of any size
-    within a fifth of the distance to the next. A column's neighbours are those among
-    all columns scaled to the same span, twice as many as columns, as on a grid.
-    On functions that change over a quarter of either column, of one that spans 6.3 and
-    one whose neighbours lie 7.5 apart, 0.3 to 0.7 of the standard deviation was missed
-    (16 to 64 tasks, on grids and at random), against 0.14 or less at best.
-
-    Examples
-    --------
-    >>> warn_of_scale(np.linspace(0, 6.28, 24)[:, None])
-    """
-    spans = np.ptp(tasks, axis=0)
-    varies = spans > 1e-9 * np.abs(tasks).max(axis=0)  # more than rounding
-    distinct = _distinct(tasks[:, varies] / spans[varies])
-    if len(distinct) < 3:
-        return
-    (columns,), spans = np.nonzero(varies), spans[varies]
-    gap, steps = _nearest(distinct * spans), _steps(distinct) * spans
-    is_other = (spans > 3 * spans.min()) & (steps > spans.min())
-    has_neighbours = len(distinct) > 2 * len(spans)  # on all sides
-    is_wide = (steps > 3 * LENGTH_SCALES[-1]) & is_other & has_neighbours
-    if gap > 4 * LENGTH_SCALES[-1]:
-        is_wide |= (steps > 4 * LENGTH_SCALES[-1]) | (spans == spans.max())
-    widest = spans[~is_wide].max(initial=0.0)
-    is_narrow = ~is_wide & ((spans < LENGTH_SCALE_BOUNDS[0]) | (spans < widest / 100))
-    found = [
-        f"span {spans[k]:.3g} and lie {steps[k]:.3g} apart in column {columns[k]} "
-        f"(divide it by {spans[k] / 6:.2g}, say)"
-        for k in np.flatnonzero(is_wide | is_narrow)
-    ]
-    if found:
-        least, most = LENGTH_SCALE_BOUNDS
-        warnings.warn(
-            f"tasks {'; '.join(found)}, but kernels are tuned to length scales from "
-            f"{least:g} to {most:g}, one for all columns: bring tasks to a scale on "
-            "which policies change over about one unit in each column",
-            UserWarning,
-            stacklevel=3,
-        )
-
-
-def _distinct(points: Array) -> Array:
-    """Return points, those left out that are copies of others, or nearly so."""
-    if points.shape[1] == 0:
-        return points[:1]
-    points = np.unique(points, axis=0)
-    distinct = thinned = _thin(points, 0.0, 0.1)
-    radius = 1e-9
-    while radius < 0.5:  # of many copies some stay
-        radius *= 2
-        thinner = _thin(thinned, radius)
-        if len(thinner) < len(thinned):
-            thinned = thinner
-            off = np.quantile(KDTree(thinned).query(points)[0], 0.9)
-            if len(thinned) > 2 and off < 0.2 * _nearest(thinned):
-                distinct = _thin(thinned, 0.0, 0.1)
-    return distinct
-
-
-def _thin(points: Array, radius: float, share: float = 0.0) -> Array:
-    """Drop points nearer to earlier ones than a radius, or a share of the 16th's."""
-    n_points = len(points)
-    distances, nearest = KDTree(points).query(points, k=range(1, min(17, n_points) + 1))
-    is_copy = distances < np.maximum(radius, share * distances[:, -1:])
-    is_later = nearest < np.arange(n_points)[:, None]
-    return np.asarray(points[~(is_copy & is_later).any(axis=1)])
-
-
-def _nearest(points: Array) -> float:
-    """Return the median distance of a point to the nearest other one."""
-    return float(np.median(KDTree(points).query(points, k=2)[0][:, 1]))
-
-
-def _steps(points: Array) -> Array:
-    """Return how far neighbours lie apart in each column, on a grid: its spacing."""
-    n_points, n_columns = points.shape
-    n_nearest = min(2 * n_columns + 1, n_points)
-    nearest = KDTree(points).query(points, k=n_nearest)[1][:, 1:]
-    apart = np.abs(points[nearest] - points[:, None]).mean(axis=1)
-    return np.asarray(np.minimum(n_columns * np.median(apart, axis=0), 1.0))
 
 
 _KERNELS: dict[str, Callable[[], Kernel]] = {

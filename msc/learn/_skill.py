@@ -34,6 +34,7 @@ from msc._checks import (
     seed_of,
     validate_pairs,
     validate_points,
+    warn_of_scale,
 )
 from msc._parallel import tell
 from msc.learn._copies import find_copies
@@ -41,7 +42,6 @@ from msc.learn._gaussian import (
     gaussian_classifier,
     gaussian_process,
     is_tuned,
-    warn_of_scale,
 )
 from msc.learn._smce import SMCE
 
