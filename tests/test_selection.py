@@ -11,8 +11,7 @@ from sklearn.model_selection import KFold, cross_val_score
 from sklearn.neighbors import KNeighborsClassifier
 
 from msc import SMCE
-from msc.learn import GATES, SELECTION_CRITERIA, elbow, read_elbows
-from msc.learn._elbow import knee
+from msc.learn import GATES, SELECTION_CRITERIA, elbow, knee
 from msc.study import (
     average_gates,
     choose_criterion,
@@ -20,6 +19,7 @@ from msc.study import (
     compare_gates,
     measure_elbows,
     most_picked,
+    read_elbows,
 )
 from msc.study._choices import FROM_POLICIES
 

@@ -356,7 +356,7 @@ def load_results(*names: str) -> list[dict[str, Any]]:
     Returns
     -------
     list of dict
-        Their contents, see `msc.study`, `msc.learn` and `msc.search`.
+        Their contents, see `msc.study`.
 
     Examples
     --------

@@ -13,7 +13,7 @@ conventions, and take any arrays:
     ``X``, in SMCE       points: (n_samples, n_features), a skill's policies
     ``coef_``            row i reconstructs point i: c of Eq. 3
     ``labels_``          chart of each point, from 0 on
-    ``elbow_curve_``     from which the number of charts is read, see `read_elbows`
+    ``elbow_curve_``     from which the number of charts is read, see `elbow`
     ===================  ==========================================================
 """
 
@@ -24,11 +24,11 @@ from press import face
 if TYPE_CHECKING:
     from msc.learn._copies import find_copies
     from msc.learn._crkr import CrKR
-    from msc.learn._elbow import SELECTION_CRITERIA, read_elbows
+    from msc.learn._elbow import SELECTION_CRITERIA, elbow, knee
     from msc.learn._gaussian import gaussian_process
     from msc.learn._reconstruction import reconstruct
     from msc.learn._skill import GATES, ParameterizedSkill, seeded_clone
     from msc.learn._smce import SMCE
-    from msc.learn._spectral import elbow
+    from msc.learn._spectral import cluster_each, laplacian_eigen, within_cluster_ss
 
 __all__, __getattr__, __dir__ = face(__name__, __file__)

@@ -27,11 +27,11 @@ from msc._checks import (
     validate_points,
 )
 from msc.learn._copies import find_copies
+from msc.learn._elbow import elbow
 from msc.learn._reconstruction import SOLVERS, reconstruct
 from msc.learn._spectral import (
     cluster_each,
     cluster_rows,
-    elbow,
     laplacian_eigen,
     unit_rows,
     within_cluster_ss,

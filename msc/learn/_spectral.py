@@ -1,4 +1,4 @@
-"""Spectral clustering of an affinity graph, and the elbow of a curve over charts.
+"""Spectral clustering of an affinity graph.
 
 By the algorithm of A. Ng, M. Jordan and Y. Weiss, "On Spectral Clustering", NIPS 2001,
 whose steps are named below.
@@ -34,8 +34,22 @@ _NUDGE = 1e-4  # of the last row's length: far above rounding, nothing to an ine
 def laplacian_eigen(affinity: sp.csr_array, k: int, seed: int) -> tuple[Array, Array]:
     """Decompose the symmetric normalised Laplacian of an affinity graph.
 
-    Returns its eigenvalues, ascending (of more than 500 points the first `k`), and the
-    first `k` eigenvectors as columns. Also the smallest are right to six digits.
+    Parameters
+    ----------
+    affinity : sparse array of shape (n_points, n_points)
+        Symmetric weights of the edges.
+    k : int
+        How many eigenvectors.
+    seed : int
+        Of the vectors from which an iteration begins.
+
+    Returns
+    -------
+    values : ndarray
+        Eigenvalues, ascending; of more than 500 points the first `k`. The smallest,
+        too, are right to six digits.
+    vectors : ndarray of shape (n_points, k)
+        The first eigenvectors, as columns.
 
     Notes
     -----
@@ -194,7 +208,22 @@ def cluster_rows(embedding: Array, seed: int) -> NDArray[np.intp]:
 
 
 def cluster_each(vectors: Array, n_counts: int, seed: int) -> list[NDArray[np.intp]]:
-    """Find 1, 2, … clusters, each among as many eigenvectors."""
+    """Find 1, 2, … clusters, each among as many eigenvectors.
+
+    Parameters
+    ----------
+    vectors : ndarray of shape (n_points, at least n_counts)
+        What `laplacian_eigen` returns.
+    n_counts : int
+        The largest number of clusters.
+    seed : int
+        Seed of k-means.
+
+    Returns
+    -------
+    list of n_counts ndarrays of shape (n_points,)
+        Labels, from 0 on in order of appearance.
+    """
     with threadpool_limits(1, "openmp"):  # so few rows: threads would only wait
         return [
             cluster_rows(unit_rows(vectors[:, :count]), seed)  # steps 3, 4 and 5
@@ -203,33 +232,22 @@ def cluster_each(vectors: Array, n_counts: int, seed: int) -> list[NDArray[np.in
 
 
 def within_cluster_ss(X: Array, labels: NDArray[np.intp]) -> float:
-    """Sum the squared distances of points from their chart's mean."""
+    """Sum the squared distances of points from their chart's mean.
+
+    Parameters
+    ----------
+    X : ndarray of shape (n_points, n_features)
+        Points.
+    labels : ndarray of shape (n_points,)
+        Their charts.
+
+    Returns
+    -------
+    float
+        The sum; 0 if nothing but rounding tells points from means.
+    """
     members = np.eye(labels.max() + 1)[labels]
     centers = (members.T @ X) / members.sum(axis=0)[:, None]
     apart = X - centers[labels]
     rounding = len(X) * np.finfo(float).eps * np.abs(X).max(initial=0.0)
     return 0.0 if np.abs(apart).max() <= rounding else float((apart**2).sum())
-
-
-def elbow(curve: Array) -> int:
-    """Find the elbow of a falling curve: the entry furthest below its chord.
-
-    Rescaling an axis cannot change it.
-
-    Parameters
-    ----------
-    curve : ndarray of shape (n_counts,)
-        A value for each count 1, 2, …
-
-    Returns
-    -------
-    int
-        The count at the elbow.
-
-    Examples
-    --------
-    >>> elbow(np.array([9.0, 4.0, 1.0, 0.9, 0.8]))
-    3
-    """
-    chord = np.linspace(curve[0], curve[-1], len(curve))
-    return int(np.argmax(chord - curve)) + 1

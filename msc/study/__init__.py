@@ -11,8 +11,9 @@ does.
 - `methods`, `fit_methods`: who is compared
 - `Experiment`, `execute_policies`, `TEST_SUBSETS`: one training set
 - `run_study`, `Study`, `MEASURES`, `find_cell`, `format_study`: many of them
-- `run_elbows` and, below it, `measure_elbows`, `most_picked`, `choose_criterion`,
-  `compare_gates`, `average_gates`, `compare_clusterers`: the choices inside a skill
+- `run_elbows` and, below it, `read_elbows`, `measure_elbows`, `most_picked`,
+  `choose_criterion`, `compare_gates`, `average_gates`, `compare_clusterers`: the
+  choices inside a skill
 - `audit_table`: evidence on a table of policies
 - `locate_cut`, `choose_layout`: what fixed the world's two free constants
 """
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
         compare_gates,
         measure_elbows,
     )
+    from msc.study._elbows import read_elbows
     from msc.study._methods import fit_methods, methods
     from msc.study._sampling import (
         TEST_SUBSETS,

@@ -29,9 +29,9 @@ from msc.learn import (
     SELECTION_CRITERIA,
     SMCE,
     ParameterizedSkill,
-    read_elbows,
     seeded_clone,
 )
+from msc.study._elbows import read_elbows
 from msc.study._summaries import most_picked
 
 FROM_POLICIES = tuple(name for name in SELECTION_CRITERIA if name != "cross_validation")
