@@ -10,8 +10,9 @@ from press import face
 
 if TYPE_CHECKING:
     from msc.data import find_jumps, load_dataset
-    from msc.learn import SMCE, CrKR, ParameterizedSkill
+    from msc.learn import SMCE, ParameterizedSkill
     from msc.robot import DMP, Arm, Rollout, Workspace
     from msc.search import SearchResult, search_policy
+    from msc.study.rivals import CrKR
 
 __all__, __getattr__, __dir__ = face(__name__, __file__)

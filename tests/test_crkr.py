@@ -20,7 +20,7 @@ from sklearn.utils.estimator_checks import (
 )
 
 from msc import CrKR
-from msc.learn._crkr import _negative_log_likelihood
+from msc.study.rivals._crkr import _negative_log_likelihood
 
 reference = np.load(Path(__file__).parent / "golden" / "crkr_uniform_cost.npz")
 

@@ -24,6 +24,7 @@ FLOORS = [
     "msc.data",
     "msc.search",
     "msc.estimates",
+    "msc.study.rivals",
     "msc.study",
     "msc.claims",
     "msc.plots",
@@ -56,9 +57,7 @@ MODULES = {
 
 def floor_of(name: str) -> str:
     """Return the floor of a module: its folder, or itself if it stands alone."""
-    if name.split(".", maxsplit=1)[0] == "press":
-        return "press"
-    return ".".join(name.split(".")[:2])
+    return name if name in FLOORS else name.rpartition(".")[0]
 
 
 def imported(name: str) -> list[tuple[str, str]]:

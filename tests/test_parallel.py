@@ -8,7 +8,7 @@ import pytest
 import tqdm.std
 from sklearn.base import BaseEstimator, RegressorMixin
 
-import msc.learn._crkr
+import msc.study.rivals._crkr
 from msc import CrKR, ParameterizedSkill
 
 clock = [0.0]
@@ -115,8 +115,8 @@ def test_tuning_tells_too(screen, monkeypatch):
         clock[0] += 5.0
         return minimize(*arguments, **options)
 
-    minimize = msc.learn._crkr.minimize
-    monkeypatch.setattr(msc.learn._crkr, "minimize", slow)
+    minimize = msc.study.rivals._crkr.minimize
+    monkeypatch.setattr(msc.study.rivals._crkr, "minimize", slow)
     X = np.linspace(0, 6, 12)[:, None]
     shown = screen()
     CrKR(tune=True).fit(X, np.sin(X))

@@ -3,9 +3,8 @@
 `SMCE` finds the charts of the manifold on which policies lie: every point is written as
 an affine combination of its neighbours (`reconstruct`), points that reconstruct each
 other are joined in a graph, and the graph is cut into charts. `ParameterizedSkill`
-regresses on each chart by itself and asks a *gate* which chart a task is on. `CrKR` is
-the one regression over all tasks that it is held against. They follow scikit-learn's
-conventions, and take any arrays:
+regresses on each chart by itself and asks a *gate* which chart a task is on. Both
+follow scikit-learn's conventions, and take any arrays:
 
     ===================  ==========================================================
     ``X``, in a skill    tasks: (n_tasks, n_task_params), in radians
@@ -23,7 +22,6 @@ from press import face
 
 if TYPE_CHECKING:
     from msc.learn._copies import find_copies
-    from msc.learn._crkr import CrKR
     from msc.learn._elbow import SELECTION_CRITERIA, elbow, knee
     from msc.learn._gaussian import gaussian_process
     from msc.learn._reconstruction import reconstruct

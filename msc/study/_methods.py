@@ -15,7 +15,8 @@ from sklearn.neighbors import KNeighborsRegressor
 from sklearn.utils.validation import check_is_fitted, has_fit_parameter
 
 from msc._checks import validate_cost, validate_pairs, validate_points
-from msc.learn import SMCE, CrKR, ParameterizedSkill, gaussian_process
+from msc.learn import SMCE, ParameterizedSkill, gaussian_process
+from msc.study.rivals import CrKR
 
 N_CHARTS = 4  # as the paper has in both workspaces
 COMMON = (

@@ -1,0 +1,14 @@
+"""Rivals of the paper's method: regressions over all tasks, a file each.
+
+They follow scikit-learn's conventions as `msc.learn` does, and may take the `cost` of
+each policy besides.
+"""
+
+from typing import TYPE_CHECKING
+
+from press import face
+
+if TYPE_CHECKING:
+    from msc.study.rivals._crkr import CrKR
+
+__all__, __getattr__, __dir__ = face(__name__, __file__)
