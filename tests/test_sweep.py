@@ -192,14 +192,15 @@ def test_tasks_between_start_from_what_was_made_consistent(monkeypatch):
     assert between == [(1, [0, 0], 1, False), (3, [0, 0], 1, False)]
 
 
-def test_more_starts_are_spent_only_where_the_first_disagree(monkeypatch):
+def test_more_starts_are_spent_until_one_confirms(monkeypatch):
     search = made_up_search(np.tile([1.0, 2, 3], (4, 1)))
     monkeypatch.setattr(msc.search._sweep, "search_steps", search)
     options = SearchOptions(coarse_deg=180.0, max_sweeps=0)
     table = search_tasks(replace(plan, n_starts=3, options=options))
     assert search.calls[2:] == [
         (1, [0, 0], 1, False),  # its start 0 finds basin 1
-        (1, [], 2, True),
+        (1, [], 1, True),  # start 1 basin 2
+        (1, [], 1, True),  # and start 2, the last, basin 0
         (3, [0, 0], 1, False),  # its start 0 finds basin 0 as well
     ]
     assert table["starts"].tolist() == [3, 5, 3, 3]

@@ -73,6 +73,13 @@ class SearchResult:
         return len(self.runs) - len(self._others)
 
     @property
+    def is_confirmed(self) -> bool:
+        """Whether two runs agree on the policy, an independent one among them."""
+        agreeing = [run for run in self.runs if run not in self._others]
+        is_free = [run.name.startswith("start") for run in agreeing]
+        return len(agreeing) > 1 and any(is_free)
+
+    @property
     def margin(self) -> float:
         """Cost of the best run that ended elsewhere, over the policy's; NaN if none.
 

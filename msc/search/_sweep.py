@@ -2,7 +2,7 @@
 
 From coarse to fine: first tasks about five degrees apart, from several independent
 starts each, then those between, from the policies on either side and an independent
-start, and from all of them where these disagree. After either, the consistency pass:
+start, and from more until one confirms what was found. After either, the consistency pass:
 tasks in even places, then those in odd places, are searched again from their
 neighbours' policies, keeping whatever costs least, until no behaviour spreads any
 further. The pass only lowers costs, and its order does not depend on which worker is
@@ -52,7 +52,7 @@ class SweepPlan:
     seed : int
         Seed of every draw.
     n_starts : int
-        Independent starts a task, where no neighbour is known or starts disagree.
+        Independent starts a task, at most: all where no neighbour is known.
     guide : tuple of (float, tuple of float)
         Tasks and policies found earlier: neighbours that are known from the beginning.
     options : SearchOptions
@@ -224,7 +224,7 @@ def _steps(
     starts: Sequence[NDArray[np.float64]],
     incumbent: SearchResult | None,
 ) -> Search[SearchResult]:
-    """Search one task: from its neighbours, and independently where these disagree."""
+    """Search one task: from its neighbours, and independently until one confirms it."""
     search = partial(search_steps, plan.workspace, plan.tasks_deg[k])
     search = partial(search, seed=plan.seed, options=plan.options)
     result = yield from search(
@@ -232,8 +232,12 @@ def _steps(
         start_policies=starts,
         incumbent=incumbent,
     )
-    if not incumbent and starts and result.n_agreeing < len(result.runs):
-        result = yield from search(n_starts=plan.n_starts - 1, incumbent=result)
+    if incumbent or not starts:
+        return result
+    for _ in range(plan.n_starts - 1):  # until one confirms what was found
+        if result.is_confirmed:
+            break
+        result = yield from search(n_starts=1, incumbent=result)
     return result
 
 
