@@ -17,7 +17,7 @@ from joblib import Parallel, delayed, parallel_config
 from threadpoolctl import threadpool_limits
 from tqdm import tqdm
 
-SECONDS = 2.0  # of a fit without a word
+QUIET_SECONDS = 2.0  # of a fit without a word
 MANY = 300  # tasks; one regression of more may take that long
 ANSWER_SECONDS = 10  # in which a Dask scheduler has to answer
 
@@ -61,7 +61,7 @@ def tell(
         desc=f"fit to {n_tasks} tasks",
         total=total,
         unit=f" {what}",
-        delay=0.0 if n_tasks > MANY else SECONDS,
+        delay=0.0 if n_tasks > MANY else QUIET_SECONDS,
         disable=None if verbose is None else not verbose,
         leave=False,
         dynamic_ncols=True,

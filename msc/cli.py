@@ -208,7 +208,7 @@ def _run_audit(options: argparse.Namespace) -> None:
     )
     print(
         f"searched again: {searched['n_cheaper']} of {len(searched['task_deg'])} tasks "
-        f"cheaper by more than {msc.study.LOWER:.1%}, at most "
+        f"cheaper by more than {msc.study.COST_TOLERANCE:.1%}, at most "
         f"{max(0.0, -min(searched['change_of_cost'])):.2%}"
     )
     for jump in found["jumps"]:

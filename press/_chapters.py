@@ -37,8 +37,8 @@ from tqdm import tqdm
 
 from press._kernel import digest
 from press._notebook import (
-    Cell,
     Notebook,
+    NotebookCell,
     code_cells,
     complaints,
     failure,
@@ -293,7 +293,7 @@ def version_of(name: str) -> str:
         return ""
 
 
-def _essence(cell: Cell) -> tuple[str, list[str]]:
+def _essence(cell: NotebookCell) -> tuple[str, list[str]]:
     """Return what a code cell's outputs depend on."""
     meaningful = {"parameters", "raises-exception"}
     return source(cell), sorted(meaningful & tags(cell))

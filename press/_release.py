@@ -25,10 +25,10 @@ from press._book import IN_USE, build_book, page_names
 from press._chapters import BookError, environment
 from press._files import locked
 from press._kernel import is_aside
-from press._pages import SECONDS, Subject
+from press._pages import SECONDS_JS, Subject
 
 # What two builds of one commit may differ in: how long the chapters took.
-MAY_DIFFER = frozenset({f"_static/{SECONDS}"})
+MAY_DIFFER = frozenset({f"_static/{SECONDS_JS}"})
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 _STYLE = Path(__file__).with_name("print.css")

@@ -18,7 +18,7 @@ from msc.robot import Arm, Workspace
 from msc.search import SearchOptions, SearchResult, search_policy
 
 N_STARTS = 4  # of a search done again, none of them from a known policy
-LOWER = 0.005  # a cost this share below the stored one tells of a missed policy
+COST_TOLERANCE = 0.005  # share of a cost; differing by more tells of another policy
 FINEST_DEG = 1 / 8  # to which a jump is bisected
 LASTING = 0.7  # share of a step that its larger half must keep to be a jump
 
@@ -142,7 +142,7 @@ def _search_again(
     return {
         "task_deg": tasks,
         "change_of_cost": changes.to_list(),
-        "n_cheaper": int((changes < -LOWER).sum()),
+        "n_cheaper": int((changes < -COST_TOLERANCE).sum()),
         "n_starts": N_STARTS,
     }
 

@@ -41,7 +41,7 @@ class Experiment:
     n_charts : int or None, default=4
         Charts, as the paper's figures have them; None leaves it to the elbow.
     names : iterable of str, default=COMMON
-        Which of `msc.study.METHODS`; by default not those with other kernels.
+        Which of `msc.study.methods`; by default not those with other kernels.
     profile : {"quick", "full"}, default="quick"
         How many bootstrap resamples an interval rests on.
     seed : int, default=0
