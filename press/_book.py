@@ -111,7 +111,7 @@ def build_book(
     `_static/seconds.js` holds the seconds that each chapter took.
     """
     if profile not in PROFILE_NAMES:
-        raise ValueError(f"profile must be 'quick' or 'full', not {profile!r}")
+        raise ValueError(f"profile={profile!r}; wanted one of {PROFILE_NAMES}")
     root, subject = (root or Path.cwd()).resolve(), subject or Subject()
     build = root / "_build"
     given = {
@@ -157,11 +157,8 @@ def pages(root: Path) -> list[Path]:
     FileNotFoundError
         If there is no table of contents, or a page is missing.
     """
-    toc = root / "_toc.yml"
-    if not toc.exists():
-        raise FileNotFoundError(f"{root} holds no book: it has no _toc.yml")
     found = []
-    for name in page_names(yaml.safe_load(toc.read_text(encoding="utf-8"))):
+    for name in page_names(read_toc(root)):
         sources = [root / "book" / f"{name}{ending}" for ending in ENDINGS]
         existing = [source for source in sources if source.exists()]
         if not existing:
@@ -171,6 +168,14 @@ def pages(root: Path) -> list[Path]:
             )
         found.append(existing[0])
     return found
+
+
+def read_toc(root: Path) -> Any:
+    """Read the table of contents of the book that a repository holds."""
+    toc = root / "_toc.yml"
+    if not toc.exists():
+        raise FileNotFoundError(f"{root} holds no book: it has no _toc.yml")
+    return yaml.safe_load(toc.read_text(encoding="utf-8"))
 
 
 def _notebooks(root: Path) -> list[Path]:

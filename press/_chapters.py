@@ -143,7 +143,7 @@ def run_chapters(
     for one, is a BookError; what has finished by then stays in the cache.
     """
     if jobs < 1:
-        raise ValueError(f"jobs must be at least 1, not {jobs}")
+        raise ValueError(f"jobs={jobs}; wanted at least 1")
     checked = {path: read_chapter(path, values) for path, values in given.items()}
     with (
         ThreadPoolExecutor(jobs) as pool,

@@ -13,7 +13,14 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from msc._parallel import call_in_order
-from msc.data import Dataset, describe_origin, find_jumps, load_dataset, read_package
+from msc.data import (
+    Dataset,
+    describe_origin,
+    find_jumps,
+    find_table,
+    load_dataset,
+    read_package,
+)
 from msc.robot import Arm, Workspace
 from msc.search import SearchOptions, SearchResult, search_policy
 
@@ -27,7 +34,7 @@ _Call = Callable[..., list[Any]]
 
 
 def audit_table(
-    path: Path,
+    path: str | Path,
     workspace: str | None = None,
     *,
     n_sample: int = 36,
@@ -40,8 +47,8 @@ def audit_table(
 
     Parameters
     ----------
-    path : Path
-        The table.
+    path : str or Path
+        The table, or a name that `load_dataset` knows.
     workspace : {"free", "obstacles"}, optional
         Where its policies were searched; by default as the data package beside it has
         it.
@@ -73,7 +80,7 @@ def audit_table(
         If the workspace is unknown or another than the data package's, there are fewer
         tasks than are to be drawn, or the seed is one that the table was made with.
     """
-    data = load_dataset(path)
+    data, path = load_dataset(path), find_table(path)
     options = options or SearchOptions()
     where = Workspace.named(_find_workspace(path, workspace))
     if not 1 <= n_sample <= len(data.table):

@@ -80,7 +80,7 @@ class Experiment:
         datasets: tuple[Dataset, Dataset] | None = None,
     ) -> None:
         if profile not in N_RESAMPLES:
-            raise ValueError(f"profile={profile!r}; wanted 'quick' or 'full'")
+            raise ValueError(f"profile={profile!r}; wanted one of {tuple(N_RESAMPLES)}")
         if (n_samples is None) == (chosen is None):
             raise ValueError(
                 f"n_samples={n_samples!r}, chosen={chosen!r}; wanted one of the two"
