@@ -358,7 +358,6 @@ def test_a_survey_writes_what_it_measured(constant, function, monkeypatch, capsy
         ("audit free --jobs -1", "jobs=-1; wanted at least 1"),
         ("audit free --seed -1", "seed=-1; wanted 0 or more"),
         ("audit free --sample 0", "sample=0; wanted from 1 to "),
-        ("evaluate --out-dir file", "out-dir=file is a file; wanted the name of a f"),
         ("twice --jobs 0", "jobs=0; wanted at least 1"),
         ("release", "holds no book: it has no _toc.yml"),
         ("pdf", "holds no book: it has no _toc.yml"),

@@ -277,7 +277,7 @@ def test_where_no_scheduler_listens_the_address_is_named_soon(complaint, monkeyp
     assert seconds < 11
 
 
-@pytest.mark.parametrize("address", ["foo", "foo://bar:1", "tcp://foo:bar"])
+@pytest.mark.parametrize("address", ["foo", "foo://bar:1"])
 def test_what_is_no_address_is_named(address, complaint):
     pytest.importorskip("distributed")
     line = complaint(address)[0]
