@@ -21,7 +21,7 @@ from searches import measure_growth, measure_searches, measure_skill
 from threadpoolctl import threadpool_limits
 
 from msc import Workspace
-from msc.plots import cost_table
+from msc.plots import benchmark_table
 from msc.search import SearchOptions
 from press import write_json
 
@@ -139,7 +139,7 @@ def show(figures: dict[str, Any]) -> None:
     facts = ", ".join(f"{name} {value}" for name, value in figures["machine"].items())
     print(f"\n{facts}\n")
     for what in ("rollouts", "tasks", "growth", "SMCE", "learners"):
-        print(cost_table(figures, what).to_string(), end="\n\n")
+        print(benchmark_table(figures, what).to_string(), end="\n\n")
     memory = figures["memory"]
     print(
         f"memory: {memory['growth_mb']:.1f} MB more after {memory['rollouts']} "

@@ -17,7 +17,7 @@ from joblib import Parallel, delayed, parallel_config
 from threadpoolctl import threadpool_limits
 from tqdm import tqdm
 
-SECONDS = 2.0  # of a fit without a word
+QUIET_SECONDS = 2.0  # of a fit without a word
 MANY = 300  # tasks; one regression of more may take that long
 ANSWER_SECONDS = 10  # in which a Dask scheduler has to answer
 
@@ -60,7 +60,7 @@ def tell(
         desc=f"fit to {n_tasks} tasks",
         total=len(steps),
         unit=f" {what}",
-        delay=0.0 if n_tasks > MANY else SECONDS,
+        delay=0.0 if n_tasks > MANY else QUIET_SECONDS,
         disable=None if verbose is None else not verbose,
         leave=False,
         dynamic_ncols=True,
@@ -97,9 +97,9 @@ def open_workers(
     Raises
     ------
     ValueError
-        If `dask` is not installed or lacks a certificate, nothing answers at the
-        address within ten seconds, there are no workers, or they have another `msc`
-        than is here.
+        If `dask` is not installed, lacks a certificate or is no address, nothing
+        answers there within ten seconds, there are no workers, or they have another
+        `msc` than is here.
     WorkersLost
         If a worker process is killed meanwhile, or crashes; if that happens to every
         worker of Dask's that a task was given to; or if its scheduler is gone.
@@ -193,16 +193,13 @@ def _call(
 def _connect(address: str, code: Callable[[], str]) -> Iterator[Runner]:
     """Use the workers of a Dask scheduler."""
     try:
-        from distributed import Client, KilledWorker, as_completed  # noqa: PLC0415
+        from distributed import KilledWorker, as_completed  # noqa: PLC0415
         from distributed.client import FutureCancelledError  # noqa: PLC0415
     except ImportError:
         raise ValueError("dask: wanted the extra, pip install 'msc[cluster]'") from None
     if address.startswith("tls://"):
         _check_certificate(address)
-    with (
-        _silenced("distributed.client"),
-        Client(address, timeout=ANSWER_SECONDS) as client,
-    ):
+    with _silenced("distributed.client"), _reach(address) as client:
         try:
             theirs = client.run(code)
         except Exception as error:  # whatever a worker without msc makes of it
@@ -236,6 +233,18 @@ def _connect(address: str, code: Callable[[], str]) -> Iterator[Runner]:
                     ) from None
 
         yield run
+
+
+def _reach(address: str) -> Any:
+    """Return a client of a Dask scheduler, or say why there is none."""
+    from distributed import Client  # noqa: PLC0415
+
+    try:
+        return Client(address, timeout=ANSWER_SECONDS)
+    except Exception as error:  # whatever Dask makes of an address
+        raise ValueError(
+            f"dask={address!r}: {error}; wanted a scheduler's tcp://host:port, or tls://"
+        ) from None
 
 
 def _check_certificate(address: str) -> None:

@@ -18,7 +18,7 @@ import msc.robot
 import msc.search
 import msc.study
 from msc._parallel import WorkersLost
-from msc.data import load_dataset, read_package, save_table
+from msc.data import find_table, load_dataset, read_package, save_table
 from press import (
     BOOK_COMMANDS,
     Commands,
@@ -140,7 +140,7 @@ def _run_search(options: argparse.Namespace) -> None:
         options=msc.search.SearchOptions.parse(options.set),
     )
     out: Path = options.out
-    check_output(out, ".csv", jobs=options.jobs, seed=options.seed)
+    check_output(out, ".csv")
     read_package(out.parent)
     journal = out.with_name(f".{out.name}.partial")
     try:
@@ -156,10 +156,14 @@ def _run_search(options: argparse.Namespace) -> None:
         raise
     except WorkersLost as error:
         raise ValueError(f"{error}; the same command goes on from here") from None
+    guided = ""
+    if options.guide:
+        is_named = find_table(options.guide) != options.guide
+        guided = f" --guide {'' if is_named else 'data/'}{options.guide.name}"
     command = (
         f"msc search --workspace {options.workspace} --tasks {options.tasks}"
         f" --offset {options.offset:.17g} --seed {options.seed}"
-        + (f" --guide data/{options.guide.name}" if options.guide else "")
+        + guided
         + "".join(f" --set {changed}" for changed in plan.options.changed)
         + f" --out data/{out.name}"
     )
@@ -189,7 +193,7 @@ def _run_audit(options: argparse.Namespace) -> None:
     """Execute a table's policies again, search some again, bisect its jumps."""
     out: Path | None = options.out
     if out:
-        check_output(out, ".json", jobs=options.jobs, seed=options.seed)
+        check_output(out, ".json")
     found = msc.study.audit_table(
         options.table,
         options.workspace,
@@ -208,7 +212,7 @@ def _run_audit(options: argparse.Namespace) -> None:
     )
     print(
         f"searched again: {searched['n_cheaper']} of {len(searched['task_deg'])} tasks "
-        f"cheaper by more than {msc.study.LOWER:.1%}, at most "
+        f"cheaper by more than {msc.study.COST_TOLERANCE:.1%}, at most "
         f"{max(0.0, -min(searched['change_of_cost'])):.2%}"
     )
     for jump in found["jumps"]:
@@ -231,7 +235,7 @@ def _add_survey(commands: Commands) -> None:
 def _run_survey(options: argparse.Namespace) -> None:
     """Measure where the circle is cut, or find the first fit layout of obstacles."""
     out: Path = options.out
-    check_output(out, ".json", jobs=options.jobs, seed=options.seed)
+    check_output(out, ".json")
     ways = {"cut": msc.study.locate_cut, "layout": msc.study.choose_layout}
     how = msc.search.SearchOptions.parse(options.set)
     measure = ways[options.constant]
@@ -295,11 +299,13 @@ def _run_evaluate(options: argparse.Namespace) -> None:
     """Study both workspaces; write each one's results as soon as they are there."""
     worlds = "free", "obstacles"
     folder: Path = options.out_dir
+    if folder.is_file():
+        raise ValueError(f"out-dir={folder} is a file; wanted the name of a folder")
     what = {"profile": options.profile, "seed": options.seed, "jobs": options.jobs}
     what |= {"progress": True}
     for world in worlds:
         out = folder / f"study_{world}.json"
-        check_output(out, ".json", jobs=options.jobs, seed=options.seed)
+        check_output(out, ".json")
         for table in (world, f"{world}_test"):
             load_dataset(table)
     ways = {"study": msc.study.run_study, "elbow": msc.study.run_elbows}

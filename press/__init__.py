@@ -55,10 +55,10 @@ if TYPE_CHECKING:
 def face(
     package: str, file: str
 ) -> tuple[list[str], Callable[[str], Any], Callable[[], list[str]]]:
-    """Make a package offer what its `if TYPE_CHECKING` block imports, when asked for.
+    """Make a package offer what its `if TYPE_CHECKING` block imports, and its floors.
 
-    So a name is listed once, type checkers follow it, and whoever uses one loads only
-    the module it lives in.
+    Nothing is imported before it is asked for. So a name is listed once, type checkers
+    follow it, and whoever uses one loads only the module it lives in.
 
     Parameters
     ----------
@@ -74,13 +74,21 @@ def face(
     """
     offered = homes(file)
     names = sorted(offered)
+    floors = {
+        path.stem
+        for path in Path(file).parent.iterdir()
+        if path.stem[0] not in "_."
+        if path.suffix == ".py" or (path / "__init__.py").is_file()
+    }
 
     def get(name: str) -> Any:
+        if name in floors - offered.keys():
+            return import_module(f"{package}.{name}")
         if name not in offered:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
         return getattr(import_module(offered[name]), name)
 
-    return names, get, lambda: names
+    return names, get, lambda: sorted({*names, *floors})
 
 
 def homes(file: str) -> dict[str, str]:

@@ -37,7 +37,7 @@ from press._notebook import (
 )
 from press._pages import (
     DOWNLOADS,
-    SECONDS,
+    SECONDS_JS,
     Picture,
     Subject,
     find_pictures,
@@ -50,7 +50,7 @@ from press._pages import (
     write_vectors,
 )
 
-PROFILES = ("quick", "full")
+PROFILE_NAMES = ("quick", "full")
 ENDINGS = (".ipynb", ".md", ".rst")  # of pages
 
 # A list in a result file that is longer holds data, which no page quotes.
@@ -110,8 +110,8 @@ def build_book(
     The book's bytes depend on nothing but the repository, with one exception: the file
     `_static/seconds.js` holds the seconds that each chapter took.
     """
-    if profile not in PROFILES:
-        raise ValueError(f"profile must be 'quick' or 'full', not {profile!r}")
+    if profile not in PROFILE_NAMES:
+        raise ValueError(f"profile={profile!r}; wanted one of {PROFILE_NAMES}")
     root, subject = (root or Path.cwd()).resolve(), subject or Subject()
     build = root / "_build"
     given = {
@@ -130,7 +130,7 @@ def build_book(
             replace(one, notebook=without_lines(one.notebook)) for one in executed
         ]
         stage = build / "stage"
-        _lay_out(stage, lambda: _stage(root, stage, chapters, pictures, subject))
+        _write_stage(stage, lambda: _stage(root, stage, chapters, pictures, subject))
         rendered = _render(stage, subject.packages)
         _complete(rendered, root, chapters, [p for o in pictures.values() for p in o])
         html = build / "html"
@@ -157,11 +157,8 @@ def pages(root: Path) -> list[Path]:
     FileNotFoundError
         If there is no table of contents, or a page is missing.
     """
-    toc = root / "_toc.yml"
-    if not toc.exists():
-        raise FileNotFoundError(f"{root} holds no book: it has no _toc.yml")
     found = []
-    for name in page_names(yaml.safe_load(toc.read_text(encoding="utf-8"))):
+    for name in page_names(read_toc(root)):
         sources = [root / "book" / f"{name}{ending}" for ending in ENDINGS]
         existing = [source for source in sources if source.exists()]
         if not existing:
@@ -171,6 +168,14 @@ def pages(root: Path) -> list[Path]:
             )
         found.append(existing[0])
     return found
+
+
+def read_toc(root: Path) -> Any:
+    """Read the table of contents of the book that a repository holds."""
+    toc = root / "_toc.yml"
+    if not toc.exists():
+        raise FileNotFoundError(f"{root} holds no book: it has no _toc.yml")
+    return yaml.safe_load(toc.read_text(encoding="utf-8"))
 
 
 def _notebooks(root: Path) -> list[Path]:
@@ -230,7 +235,7 @@ def _refuse_unfit(chapters: Sequence[Chapter]) -> None:
         raise BookError("\n".join(said))
 
 
-def _lay_out(stage: Path, write: Callable[[], None]) -> None:
+def _write_stage(stage: Path, write: Callable[[], None]) -> None:
     """Have a stage written anew, but leave the time of what comes out as it was.
 
     By the time of a page's last change Sphinx knows whether to read it again.
@@ -275,7 +280,7 @@ def _stage(
     values = substitutions(root) | dict(subject.values)
     config.setdefault("parse", {})["myst_substitutions"] = values
     scripts = config["sphinx"]["config"].setdefault("html_js_files", [])
-    scripts.append([SECONDS, {"defer": "defer"}])
+    scripts.append([SECONDS_JS, {"defer": "defer"}])
     # Jupyter Book finds these itself, but not in a path with brackets.
     known = {page.relative_to(root / "book") for page in pages(root)}
     texts = {f.relative_to(book) for f in book.rglob("*") if f.suffix in ENDINGS}
@@ -340,4 +345,6 @@ def _complete(
         file = f"{chapter.name}.ipynb"
         shutil.copy(root / "book" / file, html / DOWNLOADS)
         write_notebook(chapter.notebook, html / "_sources" / file)
-    (html / "_static" / SECONDS).write_text(seconds_script(chapters), encoding="utf-8")
+    (html / "_static" / SECONDS_JS).write_text(
+        seconds_script(chapters), encoding="utf-8"
+    )

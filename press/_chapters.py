@@ -37,8 +37,8 @@ from tqdm import tqdm
 
 from press._kernel import digest
 from press._notebook import (
-    Cell,
     Notebook,
+    NotebookCell,
     code_cells,
     complaints,
     failure,
@@ -143,7 +143,7 @@ def run_chapters(
     for one, is a BookError; what has finished by then stays in the cache.
     """
     if jobs < 1:
-        raise ValueError(f"jobs must be at least 1, not {jobs}")
+        raise ValueError(f"jobs={jobs}; wanted at least 1")
     checked = {path: read_chapter(path, values) for path, values in given.items()}
     with (
         ThreadPoolExecutor(jobs) as pool,
@@ -293,7 +293,7 @@ def version_of(name: str) -> str:
         return ""
 
 
-def _essence(cell: Cell) -> tuple[str, list[str]]:
+def _essence(cell: NotebookCell) -> tuple[str, list[str]]:
     """Return what a code cell's outputs depend on."""
     meaningful = {"parameters", "raises-exception"}
     return source(cell), sorted(meaningful & tags(cell))

@@ -25,7 +25,7 @@ FIGURES = {
     "figure_formats": {"png", "svg"},
     "print_figure_kwargs": {"bbox_inches": "tight", "metadata": {"Date": None}},
 }
-STYLE = "svg.hashsalt: msc\n"  # any word: it is the same in every run
+MATPLOTLIBRC = "svg.hashsalt: msc\n"  # any word: it is the same in every run
 
 
 def watch(log: Path, folders: Sequence[Path]) -> None:
@@ -102,7 +102,7 @@ def main() -> None:
     options = sys.argv.index("-f")
     log, *folders = map(Path, sys.argv[1:options])
     style = log.with_name("matplotlibrc")
-    style.write_text(STYLE, encoding="utf-8")
+    style.write_text(MATPLOTLIBRC, encoding="utf-8")
     os.environ["MATPLOTLIBRC"] = str(style)
     # matplotlib warns if this takes a second: on a busy machine, and not on another.
     warnings.filterwarnings("ignore", "Creating legend with loc")

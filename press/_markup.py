@@ -177,8 +177,8 @@ def mend_backlinks(folder: Path) -> None:
         return
     known = set(re.findall(r'id="([\w.]+)"', page.read_text(encoding="utf-8")))
     for source in (folder / "_modules").glob("*/**/*.html"):
-        package = source.relative_to(folder / "_modules").parts[0]
-        floor = source.parent.name
+        package, *floors = source.relative_to(folder / "_modules").parts[:-1]
+        floor = ".".join(floors)
 
         def mend(link: re.Match[str], prefix: str = f"{package}.{floor}") -> str:
             return link[1] if link[1] in known else f"{prefix}.{link[2]}"

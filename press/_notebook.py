@@ -15,7 +15,7 @@ from press._files import replace_file
 from press._parameters import WORDS, Parameter, declared
 
 Notebook = dict[str, Any]
-Cell = dict[str, Any]
+NotebookCell = dict[str, Any]
 
 _CELL = {"cell_type", "metadata", "source"}  # what every cell has
 _LONGEST = 400  # that an error quotes of what a cell wrote
@@ -47,29 +47,29 @@ def write_notebook(notebook: Notebook, path: Path) -> None:
 # What is in a notebook
 
 
-def code_cells(notebook: Notebook) -> list[Cell]:
+def code_cells(notebook: Notebook) -> list[NotebookCell]:
     """Return the author's own code cells: all but the injected one."""
     cells = [cell for cell in notebook["cells"] if cell["cell_type"] == "code"]
     return [cell for cell in cells if "injected-parameters" not in tags(cell)]
 
 
-def tags(cell: Cell) -> set[str]:
+def tags(cell: NotebookCell) -> set[str]:
     """Return a cell's tags."""
     return set(cell["metadata"].get("tags", ()))
 
 
-def source(cell: Cell) -> str:
+def source(cell: NotebookCell) -> str:
     """Return a cell's text, which its file holds whole or as a list of lines."""
     return "".join(cell["source"])
 
 
-def shown(cell: Cell, kind: str) -> list[str]:
+def shown(cell: NotebookCell, kind: str) -> list[str]:
     """Return what a code cell's outputs show, of one MIME type."""
     data = [output.get("data", {}) for output in cell.get("outputs", ())]
     return ["".join(one[kind]) for one in data if kind in one]
 
 
-def alternative_text(cell: Cell) -> str:
+def alternative_text(cell: NotebookCell) -> str:
     """Return what a cell's figure shows, in words; empty if the cell does not say."""
     text: str = cell["metadata"].get("mystnb", {}).get("image", {}).get("alt", "")
     return text
@@ -172,7 +172,7 @@ def without_picture(run: Notebook) -> str:
     return ""
 
 
-def _named(run: Notebook) -> Iterator[tuple[str, Cell]]:
+def _named(run: Notebook) -> Iterator[tuple[str, NotebookCell]]:
     """Yield each code cell, and its number and first line to name it."""
     for number, cell in enumerate(code_cells(run), start=1):
         first_line = source(cell).strip().partition("\n")[0]

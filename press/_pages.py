@@ -31,8 +31,8 @@ from PIL import Image
 from press._chapters import Chapter
 from press._markup import code, fenced, label, plain
 from press._notebook import (
-    Cell,
     Notebook,
+    NotebookCell,
     alternative_text,
     code_cells,
     parameters,
@@ -46,11 +46,11 @@ from press._parameters import Parameter
 
 SVG, PNG, HTML = "image/svg+xml", "image/png", "text/html"
 DOWNLOADS = "downloads"  # folder of the finished book
-SECONDS = "seconds.js"
+SECONDS_JS = "seconds.js"
 GALLERY = "figures_gallery.md"
 OPENING = "opening.html"
 PARAMETERS = "parameters_tables.md"
-COMMANDS = "commands_help.md"
+COMMANDS_PAGE = "commands_help.md"
 TESTS = "tests_sources.md"
 _THUMBNAILS = "_thumbnails"  # folder of the staged book
 _SIZE = (480, 360)  # no thumbnail is larger (pixels)
@@ -137,7 +137,7 @@ def find_pictures(chapter: str, notebook: Notebook) -> list[Picture]:
 def without_lines(notebook: Notebook) -> Notebook:
     """Leave SVG out of an executed chapter: pages show PNG, and link to the SVG."""
 
-    def lighter(output: Cell) -> Cell:
+    def lighter(output: NotebookCell) -> NotebookCell:
         data = output.get("data", {})
         if SVG not in data or PNG not in data:
             return output
@@ -227,7 +227,7 @@ def with_provenance(
 ) -> Notebook:
     """Put a block under each figure of a chapter; if it has none, at its end."""
 
-    def block(picture: Picture | None) -> Cell:
+    def block(picture: Picture | None) -> NotebookCell:
         return {
             "cell_type": "markdown",
             "id": f"provenance-{picture.number if picture else 0}",
@@ -347,7 +347,7 @@ def write_reference(
         (folder / PARAMETERS).write_text(tables, encoding="utf-8")
     if (book / "commands.md").is_file():
         told = commands_markdown(subject.commands)
-        (folder / COMMANDS).write_text(told, encoding="utf-8")
+        (folder / COMMANDS_PAGE).write_text(told, encoding="utf-8")
     if (book / "equations.md").is_file():
         links = named_tests((book / "equations.md").read_text(encoding="utf-8"))
         (stage / "tests").mkdir(exist_ok=True)

@@ -21,14 +21,14 @@ from urllib.parse import unquote
 
 import yaml
 
-from press._book import IN_USE, build_book, page_names
+from press._book import IN_USE, build_book, page_names, read_toc
 from press._chapters import BookError, environment
 from press._files import locked
 from press._kernel import is_aside
-from press._pages import SECONDS, Subject
+from press._pages import SECONDS_JS, Subject
 
 # What two builds of one commit may differ in: how long the chapters took.
-MAY_DIFFER = frozenset({f"_static/{SECONDS}"})
+MAY_DIFFER = frozenset({f"_static/{SECONDS_JS}"})
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome")
 _STYLE = Path(__file__).with_name("print.css")
@@ -60,10 +60,11 @@ def release_book(root: Path) -> Path:
     Raises
     ------
     FileNotFoundError
-        If the book is not built.
+        If `root` holds no book, or the book is not built.
     ValueError
         If it is being built.
     """
+    read_toc(root)
     html, name = root / "_build" / "html", release_name(root)
     if not (html / "index.html").is_file():
         raise FileNotFoundError(
@@ -175,19 +176,18 @@ def print_book(root: Path) -> Path:
     Raises
     ------
     FileNotFoundError
-        If the book is not built, or there is no Chromium.
+        If `root` holds no book, the book is not built, or there is no Chromium.
     ValueError
         If the book is being built.
     BookError
         If Chromium prints nothing.
     """
-    build = root.resolve() / "_build"
+    build, toc = root.resolve() / "_build", read_toc(root)
     browser = next(filter(None, map(shutil.which, BROWSERS)), None)
     if browser is None:
         raise FileNotFoundError(
             f"no browser to print with: none of {', '.join(BROWSERS)} is installed"
         )
-    toc = yaml.safe_load((root / "_toc.yml").read_text(encoding="utf-8"))
     config = yaml.safe_load((root / "_config.yml").read_text(encoding="utf-8"))
     text = one_page(build / "html", toc, config["title"], config["author"])
     page = build / "book.html"

@@ -125,6 +125,7 @@ def run_command(
     """
     options = parser.parse_args(arguments)
     try:
+        _check_numbers(options)
         options.run(options)
     except KeyboardInterrupt:
         print(f"{parser.prog}: interrupted", file=sys.stderr)
@@ -139,6 +140,14 @@ def run_command(
 
 
 # Options
+
+
+def _check_numbers(options: argparse.Namespace) -> None:
+    """Refuse what makes no sense for `add_seed` or `add_jobs`, in every command."""
+    if (seed := getattr(options, "seed", 0)) < 0:
+        raise ValueError(f"seed={seed}; wanted 0 or more")
+    if (jobs := getattr(options, "jobs", 1)) < 1:
+        raise ValueError(f"jobs={jobs}; wanted at least 1")
 
 
 def add_profile(parser: argparse.ArgumentParser) -> None:
@@ -182,7 +191,7 @@ def add_jobs(parser: argparse.ArgumentParser, what: str = "worker processes") ->
     parser.add_argument("--jobs", type=int, default=2, help=f"{what} (2)")
 
 
-def check_output(out: Path, suffix: str, *, jobs: int = 1, seed: int = 0) -> None:
+def check_output(out: Path, suffix: str) -> None:
     """Refuse, before hours of work, what would spoil its end.
 
     Parameters
@@ -191,18 +200,12 @@ def check_output(out: Path, suffix: str, *, jobs: int = 1, seed: int = 0) -> Non
         The file to be written; its folder is made if it is missing.
     suffix : str
         How its name must end, in whatever case.
-    jobs, seed : int
-        Worker processes and the seed of every draw.
 
     Raises
     ------
     ValueError
-        If an argument is not as wanted, or the file cannot be written.
+        If the name is not as wanted, or the file cannot be written.
     """
-    if seed < 0:
-        raise ValueError(f"seed={seed}; wanted 0 or more")
-    if jobs < 1:
-        raise ValueError(f"jobs={jobs}; wanted at least 1")
     if out.suffix.lower() != suffix.lower():
         raise ValueError(f"out={out}; wanted a name ending in {suffix}")
     if out.is_dir():

@@ -10,12 +10,12 @@ from msc.data import Dataset, load_results, make_two_arcs
 from msc.plots import (
     METHOD_STYLES,
     Movements,
-    load_costs,
+    load_benchmark,
     plot_affinity,
+    plot_benchmark,
     plot_breaks,
     plot_clusterings,
     plot_composition,
-    plot_costs,
     plot_curves,
     plot_elbows,
     plot_execution,
@@ -153,8 +153,8 @@ FIGURES = {
     plot_breaks: lambda: plot_breaks(few_movements(), [(0, 1)] * 6),
     slide_predictions: predictions,
     slide_execution: lambda: slide_execution(experiment(), every=60).poster,
-    plot_costs: lambda: plot_costs(
-        load_costs(), dict(zip(("free", "obstacles"), tables(), strict=True))
+    plot_benchmark: lambda: plot_benchmark(
+        load_benchmark(), dict(zip(("free", "obstacles"), tables(), strict=True))
     ),
     plot_composition: composition,
     plot_sample_sizes: lambda: plot_sample_sizes(

@@ -1,4 +1,5 @@
 from functools import partial
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -70,6 +71,12 @@ def test_a_policy_that_was_tampered_with_is_noticed(table, tmp_path, searches):
     executed = audit_table(other, "free", n_sample=1)["executed"]
     assert executed["identical"] == 3
     assert executed["largest_difference_m"] > 1e-6
+
+
+def test_a_table_may_be_named(table, searches, monkeypatch):
+    searches(lambda _: np.zeros(6))
+    monkeypatch.setattr("msc.data._tables.find_data", lambda: table.parent)
+    assert audit_table(Path("free"), n_sample=1) == audit_table(table, n_sample=1)
 
 
 # Searched again

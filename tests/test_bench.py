@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 from msc import load_dataset
-from msc.plots import cost_table, load_costs, plot_costs
+from msc.plots import benchmark_table, load_benchmark, plot_benchmark
 
 BENCH = Path(__file__).parents[1] / "benchmarks" / "bench.py"
 
@@ -23,7 +23,7 @@ def run(tmp_path_factory):
         arguments, cwd=folder, capture_output=True, text=True, check=False
     )
     assert result.returncode == 0, result.stderr
-    return load_costs(folder / "costs.json"), result.stdout
+    return load_benchmark(folder / "costs.json"), result.stdout
 
 
 def leaves(value, name=""):
@@ -70,7 +70,7 @@ def test_smce_one_by_one_finds_the_same_optima(run):
 
 
 def test_committed_smce_is_fast_enough():
-    learners = load_costs()["learners"]
+    learners = load_benchmark()["learners"]
     assert learners["smce"]["n_points"] == 360
     assert learners["smce"]["one_by_one_over_fit"]["median"] > 15
     largest = learners["fits"][-1]
@@ -82,7 +82,7 @@ def test_committed_smce_is_fast_enough():
 def test_what_is_printed_is_the_chapters_tables(run):
     figures, printed = run
     for what in ("rollouts", "tasks", "growth", "SMCE", "learners"):
-        assert cost_table(figures, what).to_string() in printed
+        assert benchmark_table(figures, what).to_string() in printed
     assert "MuJoCo" in printed.splitlines()[-3]
 
 
@@ -93,16 +93,18 @@ def test_figure_and_tables_come_from_the_file_alone(run, mujoco):
         for measured in figures["rollouts"].values():
             measured["rollout_over_mujoco"] = None
             measured["milliseconds"]["mujoco"] = None
-        labels = cost_table(figures, "rollouts").loc["rollout / MuJoCo's, open loop"]
+        labels = benchmark_table(figures, "rollouts").loc[
+            "rollout / MuJoCo's, open loop"
+        ]
         assert set(labels) == {"left out"}
-    ways, growth = plot_costs(figures, {"free": load_dataset("free")[2]}).axes
+    ways, growth = plot_benchmark(figures, {"free": load_dataset("free")[2]}).axes
     n_ways = 6 if figures["rollouts"]["free"]["milliseconds"]["mujoco"] else 5
     assert len(ways.get_yticks()) == n_ways
     assert growth.get_ylim()[0] == 0
 
 
 def test_committed_figures_are_whole_and_of_a_full_run(run):
-    committed = load_costs()
+    committed = load_benchmark()
     assert committed["quick"] is False
     missing = shape(run[0]) - shape(committed)
     assert not missing
@@ -110,14 +112,14 @@ def test_committed_figures_are_whole_and_of_a_full_run(run):
 
 def test_a_missing_or_old_file_is_named(tmp_path):
     with pytest.raises(ValueError, match=r"none\.json is not there; `make bench`"):
-        load_costs(tmp_path / "none.json")
+        load_benchmark(tmp_path / "none.json")
     (tmp_path / "old.json").write_text('{"machine": {}, "memory": {}}', "utf-8")
     with pytest.raises(
         ValueError, match=r"lacks rollouts, searches, growth, skill, learners"
     ):
-        load_costs(tmp_path / "old.json")
+        load_benchmark(tmp_path / "old.json")
 
 
 def test_costs_of_something_else_are_refused():
     with pytest.raises(ValueError, match=r"what='films'; wanted one of \('rollouts', "):
-        cost_table(load_costs(), "films")
+        benchmark_table(load_benchmark(), "films")

@@ -425,8 +425,8 @@ def test_mistyped_parameter_is_named(repository):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["--profile", "quik"], "profile must be 'quick' or 'full', not 'quik'"),
-        (["--jobs", "0"], "jobs must be at least 1, not 0"),
+        (["--profile", "quik"], "profile='quik'; wanted one of ('quick', 'full')"),
+        (["--jobs", "0"], "jobs=0; wanted at least 1"),
     ],
 )
 def test_command_line_says_one_sentence(
@@ -443,6 +443,18 @@ def test_missing_page_and_missing_book_are_named(repository):
         pages(repository)
     with pytest.raises(FileNotFoundError, match="holds no book"):
         pages(repository / "book")
+
+
+def test_runs_want_a_process(repository):
+    with pytest.raises(ValueError, match="jobs=0; wanted at least 1"):
+        build_book(root=repository, jobs=0)
+
+
+@pytest.mark.parametrize("act", [release_book, print_book])
+def test_without_a_book_nothing_is_handed_on(act, tmp_path, monkeypatch):
+    monkeypatch.setenv("PATH", "")
+    with pytest.raises(FileNotFoundError, match=r"holds no book: it has no _toc\.yml"):
+        act(tmp_path)
 
 
 def test_results_become_substitutions(repository):

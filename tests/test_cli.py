@@ -126,6 +126,15 @@ def test_the_command_in_the_package_makes_the_same_table():
     assert {name: Path(name).read_bytes() for name in files()} == before
 
 
+def test_a_guide_may_be_a_name_and_the_command_works_again():
+    more = ["--offset", "7.5", "--guide", "free", "--out", "new/test.csv"]
+    assert main([*SEARCH, *more]) == 0
+    package = json.loads(Path("new/datapackage.json").read_text("utf-8"))
+    command = package["resources"][0]["command"]
+    assert main([*shlex.split(command)[1:], "--jobs", "1"]) == 0
+    assert contents("data") == contents("new")
+
+
 @pytest.mark.parametrize("jobs", ["1", "2"])
 def test_a_search_ended_by_ctrl_c_goes_on_to_the_same_bytes(jobs, whole, here):
     arguments = [*FOUR, "--jobs", "1", "--out"]
@@ -345,6 +354,14 @@ def test_a_survey_writes_what_it_measured(constant, function, monkeypatch, capsy
         ("survey layout --out cut.txt", "out=cut.txt"),
         ("survey cut --jobs 0 --out cut.json", "jobs=0"),
         ("survey cut --seed -1 --out cut.json", "seed=-1"),
+        ("audit free --jobs 0", "jobs=0; wanted at least 1"),
+        ("audit free --jobs -1", "jobs=-1; wanted at least 1"),
+        ("audit free --seed -1", "seed=-1; wanted 0 or more"),
+        ("audit free --sample 0", "sample=0; wanted from 1 to "),
+        ("twice --jobs 0", "jobs=0; wanted at least 1"),
+        ("release", "holds no book: it has no _toc.yml"),
+        ("pdf", "holds no book: it has no _toc.yml"),
+        ("claims", "holds no claims: it has no book/claims.yml"),
         ("render --task 0 --out arm.avi --policy 0 0 0 0 0 0", "arm.avi"),
         ("render --task nan --out a.gif --policy 0 0 0 0 0 0", "task_deg=nan"),
         ("render --task 0 --out a.gif --policy 0 0", "policy has shape ("),

@@ -272,13 +272,17 @@ def test_where_no_scheduler_listens_the_address_is_named_soon(complaint, monkeyp
         free.bind(("127.0.0.1", 0))  # and does not listen
         address = f"tcp://127.0.0.1:{free.getsockname()[1]}"
         line, seconds = complaint(address)
+    assert line.startswith(f"msc: error: dask='{address}': ")
     assert f"trying to connect to {address}" in line
     assert seconds < 11
 
 
-def test_what_is_no_address_is_named(complaint):
+@pytest.mark.parametrize("address", ["foo", "foo://bar:1"])
+def test_what_is_no_address_is_named(address, complaint):
     pytest.importorskip("distributed")
-    assert "'nonsense'" in complaint("nonsense")[0]
+    line = complaint(address)[0]
+    assert line.startswith(f"msc: error: dask='{address}': ")
+    assert line.endswith("; wanted a scheduler's tcp://host:port, or tls://")
 
 
 def test_workers_that_are_missing_or_lack_msc_are_told_of(tmp_path_factory, complaint):

@@ -232,7 +232,7 @@ def test_the_full_profile_resamples_more():
 @pytest.mark.parametrize(
     ("arguments", "complaint"),
     [
-        ({"profile": "quik"}, r"profile='quik'; wanted 'quick' or 'full'"),
+        ({"profile": "quik"}, r"profile='quik'; wanted one of \('quick', 'full'\)"),
         ({"name": "fre"}, r"workspace='fre'"),
         ({"name": "obstacles"}, r"dataset 'obstacles' is not there"),
         ({"n_samples": 25}, r"n_samples=25 .* at most 24"),

@@ -5,7 +5,7 @@ import pytest
 
 from msc import Arm, Workspace, search_policy
 from msc.plots import plot_generations, plot_rollouts_spent, slide_generations
-from msc.plots._search import N_STEPS
+from msc.plots._search import N_SHOWN
 from msc.plots._world import square_around
 from msc.robot import forward_kinematics
 from msc.search import SearchOptions, cost, record_search
@@ -81,7 +81,7 @@ def test_the_slider_goes_from_the_first_generation_to_the_last(recordings):
     slider = slide_generations(world, TASK, run)
     assert slider.labels[0] == "generation 1"
     assert slider.labels[-1] == f"generation {len(run.costs)}"
-    assert len(slider.labels) <= N_STEPS + 12
+    assert len(slider.labels) <= N_SHOWN + 12
     assert len(slider.to_html()) < 300_000
 
 

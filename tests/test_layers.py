@@ -2,6 +2,8 @@
 
 import ast
 import inspect
+import subprocess
+import sys
 import tomllib
 from importlib import import_module
 from pathlib import Path
@@ -36,6 +38,7 @@ ONLY_IN = {
     "pybullet_utils": "msc.robot._bullet",
     "cma": "msc.search._cmaes",
 }
+IMPORTS = ast.Import, ast.ImportFrom
 OTHER_OPEN = {"Image.open", "os.open", "self._open", "webbrowser.open"}  # of no text
 
 
@@ -52,6 +55,13 @@ MODULES = {
     for package in ("msc", "press")
     for path in sorted((ROOT / package).rglob("*.py"))
     if path.stem not in ("__init__", "__main__")
+}
+
+
+FACES = {
+    dotted(path).removesuffix(".__init__"): path
+    for package in ("msc", "press")
+    for path in sorted((ROOT / package).rglob("__init__.py"))
 }
 
 
@@ -94,6 +104,31 @@ def test_imports_go_down_and_through_the_faces(name):
         assert module == there, f"{module} is behind the face of {there}"
 
 
+@pytest.mark.parametrize("name", FACES)
+def test_a_face_imports_nothing_and_offers_what_stands_behind_it(name):
+    tree = ast.parse(FACES[name].read_text("utf-8"))
+    (block,) = (node for node in tree.body if isinstance(node, ast.If))
+    for node in block.body:
+        assert isinstance(node, ast.ImportFrom), ast.unparse(node)
+        below = name == "msc" and node.module in FLOORS
+        assert below or node.module.rpartition(".")[0] == name, node.module
+    if name != "press":
+        others = [node for node in tree.body if isinstance(node, IMPORTS)]
+        told = {ast.unparse(node) for node in others}
+        assert told == {
+            "from typing import TYPE_CHECKING",
+            "from press import face",
+        }
+
+
+@pytest.mark.parametrize("name", MODULES)
+def test_no_import_hides_in_a_call(name):
+    tree = ast.parse(MODULES[name].read_text("utf-8"))
+    names = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
+    names |= {node.attr for node in ast.walk(tree) if isinstance(node, ast.Attribute)}
+    assert not names & {"import_module", "__import__"}
+
+
 @pytest.mark.parametrize("name", MODULES)
 def test_nothing_private_is_borrowed(name):
     borrowed = [what for module, what in own(name) if what.startswith("_")]
@@ -107,10 +142,12 @@ def test_a_package_that_is_hidden_has_one_module(name):
 
 
 @pytest.mark.parametrize(
-    "name", [one for one in MODULES if floor_of(one) == "msc.learn"]
+    "name",
+    [one for one in MODULES if floor_of(one) in ("msc.learn", "msc.study.rivals")],
 )
 def test_learners_know_nothing_of_robots(name):
-    assert not {floor_of(module) for module, _ in own(name)} & {"msc.robot"}
+    known = {"press", "msc._checks", "msc._parallel", "msc.learn", floor_of(name)}
+    assert {floor_of(module) for module, _ in own(name)} <= known
 
 
 @pytest.mark.parametrize(
@@ -137,6 +174,15 @@ def test_text_is_read_and_written_in_an_encoding_that_is_named(path):
         else:
             continue
         assert is_named, f"line {node.lineno}: {ast.unparse(node)}"
+
+
+def test_floors_are_loaded_when_asked_for():
+    told = "import sys, msc; before = 'msc.learn' in sys.modules; msc.learn.SMCE; "
+    told += "print(before, {'robot', 'SMCE'} <= {*dir(msc)}, 'pybullet' in sys.modules)"
+    ran = subprocess.run(
+        [sys.executable, "-c", told], capture_output=True, text=True, check=True
+    )
+    assert ran.stdout.split() == ["False", "True", "False"]
 
 
 def public(face: str) -> list[str]:

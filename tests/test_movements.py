@@ -5,7 +5,7 @@ import pytest
 import msc.plots._search
 from msc.data import Dataset
 from msc.plots import Movements, plot_breaks, plot_tasks
-from msc.plots._search import SIDES
+from msc.plots._search import BREAK
 from msc.robot import forward_kinematics
 from msc.search import cost
 
@@ -98,7 +98,7 @@ def test_each_task_has_a_panel(movements):
     panels = [axis for axis in figure.axes if axis.lines]
     assert [axis.get_title() for axis in panels] == [f"{60 * k}°" for k in range(6)]
     for axis, index in zip(panels, indices, strict=True):
-        way, marks = drawn(axis, SIDES[0])
+        way, marks = drawn(axis, BREAK[0])
         path = movements.rollouts[index].path
         np.testing.assert_array_equal(way.get_xydata(), path)
         np.testing.assert_array_equal(marks.get_xydata(), path[[0, 22, 44, 66]])
@@ -123,7 +123,7 @@ def test_both_sides_of_a_break_are_next_to_each_other(movements):
         assert axis.get_title().endswith(f", {contact}")
     left, right = figure.axes[:2]
     for axis, own, other in ((left, 4, 5), (right, 5, 4)):
-        colour, faint = SIDES if axis is left else SIDES[::-1]
+        colour, faint = BREAK if axis is left else BREAK[::-1]
         assert drawn(axis, faint)[0].get_linestyle() == ":"
         for line, index in (
             (drawn(axis, faint)[0], other),

@@ -8,7 +8,7 @@ from scipy.spatial.distance import cdist
 import msc.learn._reconstruction
 from msc import load_dataset
 from msc.learn import reconstruct
-from msc.learn._reconstruction import FEW, SOLVERS, solve_qps
+from msc.learn._reconstruction import READABLE, SOLVERS, solve_qps
 
 SHAPES = [  # points, features, neighbours
     (12, 1, 4),
@@ -159,7 +159,7 @@ def test_both_solvers_find_the_same_optima(regularization, is_normalized, scale)
     np.testing.assert_allclose(batched, stated, rtol=1e-7, atol=1e-18)
 
 
-@pytest.mark.parametrize("n_points", [FEW, FEW + 1])
+@pytest.mark.parametrize("n_points", [READABLE, READABLE + 1])
 def test_the_default_is_cvxpy_for_few_points_and_batched_for_more(n_points):
     X, neighbors = sample(3, n_points, 3, 6)
     options = {"regularization": 10.0, "is_normalized": True}
@@ -168,7 +168,9 @@ def test_the_default_is_cvxpy_for_few_points_and_batched_for_more(n_points):
         reconstruct(X, neighbors, **options, solver=solver)[0] for solver in SOLVERS
     )
     assert (stated != batched).any()
-    np.testing.assert_array_equal(by_default, stated if n_points == FEW else batched)
+    np.testing.assert_array_equal(
+        by_default, stated if n_points == READABLE else batched
+    )
 
 
 def test_an_unknown_solver_is_named():

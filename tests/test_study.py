@@ -387,7 +387,7 @@ def test_what_is_done_is_kept_when_interrupted(monkeypatch, tmp_path, capsys):
         ("--profile quik", "profile='quik'; wanted one of ('quick', 'full')"),
         ("--jobs 0", "jobs=0; wanted at least 1"),
         ("--seed -1", "seed=-1; wanted 0 or more"),
-        ("--out-dir file", "out=file/study_free.json: its folder cannot be"),
+        ("--out-dir file", "out-dir=file is a file; wanted the name of a folder"),
     ],
 )
 def test_bad_input_is_named_in_a_sentence(

@@ -4,6 +4,7 @@ import os
 import shutil
 import threading
 from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -140,6 +141,13 @@ def test_a_name_is_looked_up_here_and_above(path, monkeypatch):
 def test_elsewhere_the_data_are_those_beside_msc(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert find_data().parent.joinpath("msc", "data", "_tables.py").is_file()
+
+
+def test_a_known_name_may_be_a_path(path, monkeypatch):
+    monkeypatch.chdir(path.parents[1])
+    found, named = load_dataset(Path("free")), load_dataset("free")
+    pd.testing.assert_frame_equal(found.table, named.table, check_exact=True)
+    pd.testing.assert_frame_equal(found.table, made_up(), check_exact=True)
 
 
 # Bad tables

@@ -139,14 +139,14 @@ QUANTITIES: dict[str, tuple[Callable[..., Estimate], tuple[str, ...]]] = {
     "seconds": (_seconds, ("file", "world")),
 }
 FIELDS = sorted({name for _, needs in QUANTITIES.values() for name in needs})
-SIDES = {"quotient": ("top", "bottom"), "difference": ("plus", "minus")}
+PARTS = {"quotient": ("top", "bottom"), "difference": ("plus", "minus")}
 
 
 @dataclass(frozen=True)
 class Measurement:
     """Where a number stands, or how it is made of two others."""
 
-    quantity: str  # a key of QUANTITIES or of SIDES
+    quantity: str  # a key of QUANTITIES or of PARTS
     fields: dict[str, Any]  # what it needs; its own value is under its name
     parts: tuple[Measurement, ...] = ()  # the sides of a quotient or a difference
     average: bool = False  # several numbers into one
@@ -166,20 +166,20 @@ class Measurement:
 
 def parse(given: Any, shared: Mapping[str, Any]) -> Measurement:
     """Read a measurement; fields of `shared` count where `given` lacks them."""
-    found = [key for key in given if key in QUANTITIES or key in SIDES]
+    found = [key for key in given if key in QUANTITIES or key in PARTS]
     if len(found) != 1:
-        wanted = ", ".join([*QUANTITIES, *SIDES])
+        wanted = ", ".join([*QUANTITIES, *PARTS])
         raise ValueError(f"quantity: got {found}; wanted one of {wanted}")
     [quantity] = found
     if unknown := set(given) - {quantity, "average", *FIELDS}:
         raise ValueError(f"{min(unknown)}: unknown; wanted one of {', '.join(FIELDS)}")
     averaged = bool(given.get("average", False))
     known = {**shared, **{key: given[key] for key in given if key in FIELDS}}
-    if quantity in SIDES:
+    if quantity in PARTS:
         sides = given[quantity]
-        if not isinstance(sides, Mapping) or set(sides) != set(SIDES[quantity]):
-            raise ValueError(f"{quantity}: wanted two measurements, {SIDES[quantity]}")
-        parts = tuple(parse(sides[side], known) for side in SIDES[quantity])
+        if not isinstance(sides, Mapping) or set(sides) != set(PARTS[quantity]):
+            raise ValueError(f"{quantity}: wanted two measurements, {PARTS[quantity]}")
+        parts = tuple(parse(sides[side], known) for side in PARTS[quantity])
         return Measurement(quantity, {}, parts, averaged)
     if missing := [name for name in QUANTITIES[quantity][1] if name not in known]:
         raise ValueError(f"{missing[0]}: missing, but {quantity} needs it")
@@ -193,7 +193,7 @@ def measure(measurement: Measurement, results: Mapping[str, Any]) -> list[Estima
     NaN where no test task counts, as away from jumps if training tasks lie far apart.
     """
     quantity = measurement.quantity
-    if quantity in SIDES:
+    if quantity in PARTS:
         first, second = (measure(part, results) for part in measurement.parts)
         combine = quotient if quantity == "quotient" else difference
         if len(second) == 1:

@@ -119,7 +119,11 @@ def judge_all(root: Path, *ids: str) -> list[Verdict]:
     ValueError
         If a claim is unknown, or a claim or a result file is not as wanted: it is
         missing, or was made from other tables than are there now.
+    FileNotFoundError
+        If `root` holds no claims.
     """
+    if not (root / CLAIMS).is_file():
+        raise FileNotFoundError(f"{root} holds no claims: it has no {CLAIMS}")
     claims = {claim.id: claim for claim in load_claims(root / CLAIMS)}
     if unknown := set(ids) - set(claims):
         raise ValueError(f"ids: {sorted(unknown)}; wanted some of {list(claims)}")

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
         Dataset,
         describe_origin,
         find_data,
+        find_table,
         load_dataset,
         load_results,
         read_package,

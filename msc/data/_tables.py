@@ -80,6 +80,30 @@ def find_data() -> Path:
     return next((data for data in folders if (data / PACKAGE).is_file()), beside)
 
 
+def find_table(name: str | Path) -> Path:
+    """Find a table by its name.
+
+    Parameters
+    ----------
+    name : str or Path
+        "free", "obstacles", "free_test" or "obstacles_test", as text or as a path that
+        is no more than that; or a path to a table.
+
+    Returns
+    -------
+    Path
+        The table: of a known name that of `find_data`, whether it is there or not.
+
+    Examples
+    --------
+    >>> find_table("free") == find_table(Path("free")) == find_data() / "free.csv"
+    True
+    >>> find_table("elsewhere/free.csv")
+    PosixPath('elsewhere/free.csv')
+    """
+    return find_data() / f"{name}.csv" if str(name) in _NAMED else Path(name)
+
+
 class Dataset(NamedTuple):
     """Searched policies, as ``tasks, policies, table``.
 
@@ -131,7 +155,7 @@ def load_dataset(name: str | Path) -> Dataset:
     >>> tasks.shape[1], policies.shape[1]
     (1, 6)
     """
-    path = find_data() / f"{name}.csv" if name in _NAMED else Path(name)
+    path = find_table(name)
     if not path.is_file():
         raise ValueError(
             f"dataset {str(name)!r} is not there; wanted one of {', '.join(_NAMED)} or "

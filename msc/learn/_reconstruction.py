@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 SOLVERS = ("cvxpy", "batched")
-FEW = 100  # points; for so many the one that can be read takes hundredths of a second
+READABLE = 100  # points; for so many the one that can be read is fast enough
 
 _CHUNK = 500  # points solved together; more are not faster, and take more memory
 _COPY = 1e-10  # of the furthest neighbour's distance, and of one from zero: rounding
@@ -103,7 +103,7 @@ def reconstruct(
     array([0.5, 0.5])
     """
     if solver is None:
-        solver = "cvxpy" if len(X) <= FEW else "batched"
+        solver = "cvxpy" if len(X) <= READABLE else "batched"
     if solver not in SOLVERS:
         raise ValueError(f"solver={solver!r}; wanted one of {SOLVERS}, or None")
     sizes = np.linalg.norm(X, axis=1)

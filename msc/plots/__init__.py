@@ -25,7 +25,7 @@ above, tasks in degrees.
   `slide_execution`, `slide_predictions`, `WEIGHT_NAMES`: skills, and what they predict
 - `plot_sample_sizes`, `plot_sweep`, `comparison_table`, `ratio_table`, `kernel_table`,
   `sets_table`, `gate_shares`, `METHOD_STYLES`: methods against each other
-- `load_costs`, `plot_costs`, `cost_table`, `ROLLOUT_LIMIT`: time and memory
+- `load_benchmark`, `plot_benchmark`, `benchmark_table`, `ROLLOUT_LIMIT`: time, memory
 """
 
 from typing import TYPE_CHECKING
@@ -72,7 +72,12 @@ if TYPE_CHECKING:
         ratio_table,
         sets_table,
     )
-    from msc.plots._timings import ROLLOUT_LIMIT, cost_table, load_costs, plot_costs
+    from msc.plots._timings import (
+        ROLLOUT_LIMIT,
+        benchmark_table,
+        load_benchmark,
+        plot_benchmark,
+    )
     from msc.plots._world import plot_workspaces
 
 __all__, __getattr__, __dir__ = face(__name__, __file__)

@@ -38,7 +38,7 @@ _ROUNDING = 0.005  # of the upper edge of cylinders
 
 Span = tuple[float, float]
 Colour = tuple[float, float, float]
-_Array = NDArray[np.float32]
+_Image = NDArray[np.float32]
 _Mask = NDArray[np.bool_]
 _Window = tuple[slice, slice]
 
@@ -346,7 +346,7 @@ class Canvas:
         self._cover(window, far, hit, normal, colour)
 
     def _cover(
-        self, window: _Window, far: _Array, hit: _Mask, normal: _Array, colour: Colour
+        self, window: _Window, far: _Image, hit: _Mask, normal: _Image, colour: Colour
     ) -> None:
         """Put a lit surface in front of what is farther away."""
         near = hit & (far < self._depth[window])
@@ -361,7 +361,7 @@ class Canvas:
         shine = 0.16 * gloss[:, None]
         self._colour[window][near] = lit[:, None] * np.array(colour) + shine
 
-    def _places(self, height: float) -> _Array:
+    def _places(self, height: float) -> _Image:
         """Return where the rays pass a height, of shape (2, n_rays, n_rays)."""
         x, y, z = _EYE.tolist()
         far = (height - z) / self._rays[2]
@@ -381,7 +381,7 @@ class Canvas:
         return slice(low[1], high[1]), slice(low[0], high[0])
 
 
-def _gap(places: _Array, start: ArrayLike, end: ArrayLike) -> tuple[_Array, _Array]:
+def _gap(places: _Image, start: ArrayLike, end: ArrayLike) -> tuple[_Image, _Image]:
     """Measure how far places are from a line, and how far along it the nearest is."""
     (x0, y0), (dx, dy) = np.array([start, np.subtract(end, start)]).tolist()
     x, y = places[0] - x0, places[1] - y0

@@ -34,10 +34,10 @@ from msc.search import SearchTrace, cost
 from msc.study import take_evenly
 
 STARTS = (TRIO[1], TRIO[0], TRIO[2], "0.3", "0.5", "0.7")
-N_STEPS = 40  # of the slider: every early generation, then ever fewer
+N_SHOWN = 40  # of the slider: every early generation, then ever fewer
 EVERY = 2  # time steps from one point of a path to the next
 CONTACT = 0.001  # m; an arm that came this close to an obstacle touched it
-SIDES = TRIO[:2]  # of a break: before, after
+BREAK = TRIO[:2]  # of a break: before, after
 
 
 @styled
@@ -110,7 +110,7 @@ def slide_generations(
         that vary most.
     """
     n_generations = len(trace.costs)
-    spaced = np.geomspace(1, n_generations, N_STEPS).round().astype(int)
+    spaced = np.geomspace(1, n_generations, N_SHOWN).round().astype(int)
     steps = np.unique(np.r_[1 : min(13, n_generations + 1), spaced]) - 1
     order = trace.costs[steps].argsort(axis=1)  # the cheapest first
     policies = trace.policies[steps[:, None], order]
@@ -219,7 +219,7 @@ def _draw_generation(
     axis: Axes, workspace: Workspace, task_deg: float, trace: SearchTrace, number: int
 ) -> None:
     """Draw the ways of a generation's policies, the cheapest one dark."""
-    _draw_world(axis, workspace, task_deg, trace)
+    _draw_home(axis, workspace, task_deg, trace)
     places = forward_kinematics(trace.joints[number], workspace.link_lengths)
     best = np.nanargmin(trace.costs[number])
     axis.plot(*places[best, -1].T, color="0.65", lw=4, solid_capstyle="round")
@@ -241,7 +241,7 @@ def _draw_found(
     axis: Axes, workspace: Workspace, task_deg: float, traces: Sequence[SearchTrace]
 ) -> None:
     """Draw the cheapest movement of every start, and where the arm ends."""
-    _draw_world(axis, workspace, task_deg, traces[0])
+    _draw_home(axis, workspace, task_deg, traces[0])
     widths = np.linspace(4.5, 1.2, len(traces))  # those below remain visible
     for trace, colour, width in zip(traces, STARTS, widths, strict=False):
         best = np.unravel_index(np.nanargmin(trace.costs), trace.costs.shape)
@@ -250,7 +250,7 @@ def _draw_found(
         axis.plot(*places[:, -1].T, color=colour, lw=width)
 
 
-def _draw_world(
+def _draw_home(
     axis: Axes, workspace: Workspace, task_deg: float, trace: SearchTrace
 ) -> None:
     """Draw the world and the arm at home, with room for all that was tried."""
@@ -469,9 +469,9 @@ def plot_tasks(
         One panel a task: poses from pale to dark, the way of the end effector blue,
         the goal a red ring, obstacles black, those touched with an orange rim.
     """
-    figure, axes = _lay_out(len(indices), 4, 1.85, 2.05)
+    figure, axes = _panels(len(indices), 4, 1.85, 2.05)
     for axis, index in zip(axes, indices, strict=False):
-        _draw_movement(axis, movements, index, colour=SIDES[0], n_poses=n_poses)
+        _draw_movement(axis, movements, index, colour=BREAK[0], n_poses=n_poses)
         axis.set_title(f"{movements.degrees[index]:g}°", pad=2)
     return figure
 
@@ -499,17 +499,17 @@ def plot_breaks(
         row, or two if there are more than five.
     """
     n_columns, width = (2, 3.1) if len(breaks) <= 5 else (4, 1.85)
-    figure, axes = _lay_out(2 * len(breaks), n_columns, width, width + 0.1)
+    figure, axes = _panels(2 * len(breaks), n_columns, width, width + 0.1)
     for panels, pair in zip(axes.reshape(-1, 2), breaks, strict=False):
         for k, axis in enumerate(panels):
             other = movements.rollouts[pair[1 - k]].path
-            axis.plot(*other.T, ":", color=SIDES[1 - k], lw=1.3)
-            _draw_movement(axis, movements, pair[k], colour=SIDES[k], n_poses=n_poses)
+            axis.plot(*other.T, ":", color=BREAK[1 - k], lw=1.3)
+            _draw_movement(axis, movements, pair[k], colour=BREAK[k], n_poses=n_poses)
             axis.set_title(_caption(movements, pair[k]), pad=3, fontsize=SMALL)
     return figure
 
 
-def _lay_out(
+def _panels(
     n_panels: int, n_columns: int, width: float, height: float
 ) -> tuple[Figure, NDArray[Any]]:
     """Make panels of one size (inches), row by row; those of the last may be empty."""

@@ -28,7 +28,7 @@ from msc.plots._style import styled
 
 SCALE = 1000  # of coordinates, relative to a panel's width: as fine as a screen
 DEPTHS = {"never": 0, "step": 1, "time": 2}  # of lists of points
-SECONDS = {False: 2.2, True: 6.0}  # that a film takes, and a walk
+WALK_SECONDS = {False: 2.2, True: 6.0}  # that a film takes, and a walk
 FLAT = 0.6  # height over width of the panels beside the arm
 TASK_AXIS: dict[str, Any] = {
     "x_label": "task angle (degrees)",
@@ -152,7 +152,7 @@ class Slider:
         """Return what the script reads."""
         return {
             "n_times": self.n_times,
-            "seconds": SECONDS[self.walks],
+            "seconds": WALK_SECONDS[self.walks],
             "walks": self.walks,
             "labels": self.labels,
             "captions": self.captions,

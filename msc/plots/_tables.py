@@ -12,7 +12,7 @@ import pandas as pd
 from msc.data import load_dataset
 from msc.estimates import Estimate, rounded
 from msc.learn import SELECTION_CRITERIA
-from msc.study import LOWER, MEASURES, draw_samples, find_cell, most_picked
+from msc.study import COST_TOLERANCE, MEASURES, draw_samples, find_cell, most_picked
 
 WORLD_TITLES = {"free": "without obstacles", "obstacles": "with obstacles"}
 SIGNS = {"lower": "●", "undecided": "○", "higher": "✕"}  # of the charts' error
@@ -340,7 +340,9 @@ def quality_table(*audits: Stored) -> pd.DataFrame:
             "searched again": len(changes),
             "cheaper by more than 0.5 %": searched["n_cheaper"],
             "largest gain (%)": round(100 * max(0.0, -changes.min()), 4),
-            "not found again (dearer by more than 0.5 %)": int((changes > LOWER).sum()),
+            "not found again (dearer by more than 0.5 %)": int(
+                (changes > COST_TOLERANCE).sum()
+            ),
             "large steps, the cut's included": len(audit["jumps"]),
             "of these jumps": sum(jump["is_jump"] for jump in audit["jumps"]),
         }

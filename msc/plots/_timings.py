@@ -42,11 +42,11 @@ _WAYS = {
     "naive": "Python loop, NumPy",
 }
 _PARTS = ["machine", "memory", "rollouts", "searches", "growth", "skill", "learners"]
-Costs = Mapping[str, Any]  # the benchmark's file
+Timings = Mapping[str, Any]  # the benchmark's file
 _Columns = Mapping[Any, Any] | pd.DataFrame
 
 
-def load_costs(path: str | Path | None = None) -> dict[str, Any]:
+def load_benchmark(path: str | Path | None = None) -> dict[str, Any]:
     """Load what the benchmark measured.
 
     Parameters
@@ -66,7 +66,7 @@ def load_costs(path: str | Path | None = None) -> dict[str, Any]:
 
     Examples
     --------
-    >>> costs = load_costs()
+    >>> costs = load_benchmark()
     >>> sorted(costs["rollouts"])
     ['free', 'obstacles']
     """
@@ -81,15 +81,15 @@ def load_costs(path: str | Path | None = None) -> dict[str, Any]:
 
 
 @styled
-def plot_costs(
-    costs: Costs, tables: Mapping[str, pd.DataFrame] | None = None
+def plot_benchmark(
+    costs: Timings, tables: Mapping[str, pd.DataFrame] | None = None
 ) -> Figure:
     """Draw what a rollout costs, and how a task's search shrinks among others.
 
     Parameters
     ----------
     costs : mapping
-        What `load_costs` gives.
+        What `load_benchmark` gives.
     tables : mapping from str to DataFrame, optional
         Searched policies of whole worlds, as `load_dataset` gives them.
 
@@ -107,13 +107,13 @@ def plot_costs(
     return figure
 
 
-def cost_table(costs: Costs, what: str) -> pd.DataFrame:
+def benchmark_table(costs: Timings, what: str) -> pd.DataFrame:
     """List what something costs.
 
     Parameters
     ----------
     costs : mapping
-        What `load_costs` gives.
+        What `load_benchmark` gives.
     what : {"rollouts", "tasks", "growth", "data", "learners", "SMCE"}
         Rollouts beside other ways to do them; tasks, searched and predicted; searches
         of more tasks, by more workers; the tables of searched policies; the skill
@@ -133,7 +133,7 @@ def cost_table(costs: Costs, what: str) -> pd.DataFrame:
 
     Examples
     --------
-    >>> cost_table(load_costs(), "data").loc["tasks"].tolist()
+    >>> benchmark_table(load_benchmark(), "data").loc["tasks"].tolist()
     ['360', '360']
     """
     if what not in _LISTS:
@@ -141,7 +141,7 @@ def cost_table(costs: Costs, what: str) -> pd.DataFrame:
     return lay_out(_LISTS[what](costs))
 
 
-def _list_rollouts(costs: Costs) -> _Columns:
+def _list_rollouts(costs: Timings) -> _Columns:
     """Compare rollouts: one row a ratio, one column a world."""
     return {
         world: {label: measured[key] for key, label in _RATIOS.items()}
@@ -149,7 +149,7 @@ def _list_rollouts(costs: Costs) -> _Columns:
     }
 
 
-def _list_tasks(costs: Costs) -> _Columns:
+def _list_tasks(costs: Timings) -> _Columns:
     """Compare searches with predictions, one column a world."""
     columns = {}
     for world, search in costs["searches"].items():
@@ -169,7 +169,7 @@ def _list_tasks(costs: Costs) -> _Columns:
     return columns
 
 
-def _list_growth(costs: Costs) -> _Columns:
+def _list_growth(costs: Timings) -> _Columns:
     """List searches of several tasks, one row a search."""
     runs = pd.DataFrame(costs["growth"]["runs"]).sort_values(["workers", "n_tasks"])
     runs = runs.set_index(["workers", "n_tasks"]).rename_axis(["workers", "tasks"])
@@ -177,7 +177,7 @@ def _list_growth(costs: Costs) -> _Columns:
     return runs.rename(columns=names)[["seconds", *names.values()]]
 
 
-def _list_data(costs: Costs) -> _Columns:
+def _list_data(costs: Timings) -> _Columns:
     """Sum up what the tables of searched policies took, one column a world."""
     columns = {}
     for world, search in costs["searches"].items():
@@ -193,7 +193,7 @@ def _list_data(costs: Costs) -> _Columns:
     return columns
 
 
-def _list_learners(costs: Costs) -> _Columns:
+def _list_learners(costs: Timings) -> _Columns:
     """Compare the skill, and SMCE, with other ways to do the same."""
     smce = costs["learners"]["smce"]
     rows = {
@@ -213,7 +213,7 @@ def _list_learners(costs: Costs) -> _Columns:
     return {"": rows}
 
 
-def _list_smce(costs: Costs) -> _Columns:
+def _list_smce(costs: Timings) -> _Columns:
     """List fits of SMCE, one row a number of points."""
     fits = pd.DataFrame(costs["learners"]["fits"]).set_index("n_points")
     fits = fits.rename_axis("points")
@@ -235,7 +235,7 @@ _LISTS = {
 }
 
 
-def _draw_ways(axis: Axes, costs: Costs) -> None:
+def _draw_ways(axis: Axes, costs: Timings) -> None:
     """Draw the times of a rollout, medians and the middle four fifths of rounds."""
     timed = {world: one["milliseconds"] for world, one in costs["rollouts"].items()}
     ways = [way for way in reversed(_WAYS) if all(one[way] for one in timed.values())]
@@ -265,7 +265,9 @@ def _draw_ways(axis: Axes, costs: Costs) -> None:
     axis.legend(loc="upper right")
 
 
-def _draw_growth(axis: Axes, costs: Costs, tables: Mapping[str, pd.DataFrame]) -> None:
+def _draw_growth(
+    axis: Axes, costs: Timings, tables: Mapping[str, pd.DataFrame]
+) -> None:
     """Draw rollouts per task: alone, in the benchmark's circles, in the tables."""
     growth = costs["growth"]
     runs = {(run["n_tasks"], run["evaluations_per_task"]) for run in growth["runs"]}

@@ -25,7 +25,12 @@ from press import face
 
 if TYPE_CHECKING:
     from msc.robot._arm import Arm, Rollout, cached_arm
-    from msc.robot._control import TIME_STEP, ControllerGains, joint_torques
+    from msc.robot._control import (
+        TIME_STEP,
+        ControllerGains,
+        coupled_inertias,
+        joint_torques,
+    )
     from msc.robot._dmp import DMP, check_policies
     from msc.robot._kinematics import forward_kinematics, inverse_kinematics
     from msc.robot._workspace import (

@@ -27,8 +27,19 @@ def rod_inertia(length: ArrayLike, mass: ArrayLike) -> _Array:
 def coupled_inertias(link_lengths: ArrayLike, link_masses: ArrayLike) -> _Array:
     """Return the constants of an arm's equations of motion.
 
+    Parameters
+    ----------
+    link_lengths, link_masses : array_like of shape (n_joints,)
+        Of thin rods (m, kg).
+
+    Returns
+    -------
+    ndarray of shape (n_joints, n_joints)
+        How the acceleration of one link turns about the near end of another (kg m²).
+
     Examples
     --------
+    >>> from msc.robot import coupled_inertias
     >>> coupled_inertias([1.0, 1.0], [3.0, 3.0])
     array([[4. , 1.5],
            [1.5, 1. ]])

@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING
 from press import face
 
 if TYPE_CHECKING:
-    from msc.study._audit import LOWER, audit_table
+    from msc.study._audit import COST_TOLERANCE, audit_table
     from msc.study._calibration import choose_layout, locate_cut
     from msc.study._choices import (
         average_gates,

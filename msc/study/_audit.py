@@ -13,7 +13,14 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from msc._parallel import call_in_order
-from msc.data import Dataset, describe_origin, find_jumps, load_dataset, read_package
+from msc.data import (
+    Dataset,
+    describe_origin,
+    find_jumps,
+    find_table,
+    load_dataset,
+    read_package,
+)
 from msc.robot import Arm, Workspace
 from msc.search import (
     N_PARALLEL,
@@ -24,7 +31,7 @@ from msc.search import (
 )
 
 N_STARTS = 4  # of a search done again, none of them from a known policy
-LOWER = 0.005  # a cost this share below the stored one tells of a missed policy
+COST_TOLERANCE = 0.005  # share of a cost; differing by more tells of another policy
 FINEST_DEG = 1 / 8  # to which a jump is bisected
 LASTING = 0.7  # share of a step that its larger half must keep to be a jump
 
@@ -33,7 +40,7 @@ _Call = Callable[..., list[Any]]
 
 
 def audit_table(
-    path: Path,
+    path: str | Path,
     workspace: str | None = None,
     *,
     n_sample: int = 36,
@@ -46,8 +53,8 @@ def audit_table(
 
     Parameters
     ----------
-    path : Path
-        The table.
+    path : str or Path
+        The table, or a name that `load_dataset` knows.
     workspace : {"free", "obstacles"}, optional
         Where its policies were searched; by default as the data package beside it has
         it.
@@ -79,7 +86,7 @@ def audit_table(
         If the workspace is unknown or another than the data package's, there are fewer
         tasks than are to be drawn, or the seed is one that the table was made with.
     """
-    data = load_dataset(path)
+    data, path = load_dataset(path), find_table(path)
     options = options or SearchOptions()
     where = Workspace.named(_find_workspace(path, workspace))
     if not 1 <= n_sample <= len(data.table):
@@ -156,7 +163,7 @@ def _search_again(
     return {
         "task_deg": tasks,
         "change_of_cost": changes.to_list(),
-        "n_cheaper": int((changes < -LOWER).sum()),
+        "n_cheaper": int((changes < -COST_TOLERANCE).sum()),
         "n_starts": N_STARTS,
     }
 

@@ -41,7 +41,7 @@ class Experiment:
     n_charts : int or None, default=4
         Charts, as the paper's figures have them; None leaves it to the elbow.
     names : iterable of str, default=COMMON
-        Which of `msc.study.METHODS`; by default not those with other kernels.
+        Which of `msc.study.methods`; by default not those with other kernels.
     profile : {"quick", "full"}, default="quick"
         How many bootstrap resamples an interval rests on.
     seed : int, default=0
@@ -80,7 +80,7 @@ class Experiment:
         datasets: tuple[Dataset, Dataset] | None = None,
     ) -> None:
         if profile not in N_RESAMPLES:
-            raise ValueError(f"profile={profile!r}; wanted 'quick' or 'full'")
+            raise ValueError(f"profile={profile!r}; wanted one of {tuple(N_RESAMPLES)}")
         if (n_samples is None) == (chosen is None):
             raise ValueError(
                 f"n_samples={n_samples!r}, chosen={chosen!r}; wanted one of the two"

@@ -1,7 +1,7 @@
-"""Rivals of the paper's method: regressions over all tasks, a file each.
+"""Rivals of the paper's method that need code of their own, a file each.
 
 They follow scikit-learn's conventions as `msc.learn` does, and may take the `cost` of
-each policy besides.
+each policy besides. `msc.study.methods` lists all that are compared.
 """
 
 from typing import TYPE_CHECKING
