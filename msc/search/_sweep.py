@@ -2,8 +2,8 @@
 
 From coarse to fine: first tasks about five degrees apart, from several independent
 starts each, then those between, from the policies on either side and an independent
-start, and from more until one confirms what was found. After either, the consistency pass:
-tasks in even places, then those in odd places, are searched again from their
+start, and from more until one confirms what was found. After either, the consistency
+pass: tasks in even places, then those in odd places, are searched again from their
 neighbours' policies, keeping whatever costs least, until no behaviour spreads any
 further. The pass only lowers costs, and its order does not depend on which worker is
 done first.
