@@ -1,8 +1,8 @@
 """What comes in: real numbers, or one sentence that says what else they are.
 
 First what is asked of any number, then what all learners ask of their data. Some load
-scikit-learn when they are called: an arm does without. `argument` is what the caller
-knows the values as; bounds belong to what is allowed, None is none.
+scikit-learn or SciPy when they are called: a table does without. `argument` is what the
+caller knows the values as; bounds belong to what is allowed, None is none.
 """
 
 from __future__ import annotations
@@ -13,7 +13,6 @@ from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.spatial import KDTree
 
 RandomState: TypeAlias = int | np.random.RandomState | np.random.Generator | None
 
@@ -279,7 +278,7 @@ def _distinct(points: _Array) -> _Array:
         thinner = _thin(thinned, radius)
         if len(thinner) < len(thinned):
             thinned = thinner
-            off = np.quantile(KDTree(thinned).query(points)[0], 0.9)
+            off = np.quantile(_query(thinned, points)[0], 0.9)
             if len(thinned) > 2 and off < 0.2 * _nearest(thinned):
                 distinct = _thin(thinned, 0.0, 0.1)
     return distinct
@@ -288,7 +287,7 @@ def _distinct(points: _Array) -> _Array:
 def _thin(points: _Array, radius: float, share: float = 0.0) -> _Array:
     """Drop points nearer to earlier ones than a radius, or a share of the 16th's."""
     n_points = len(points)
-    distances, nearest = KDTree(points).query(points, k=range(1, min(17, n_points) + 1))
+    distances, nearest = _query(points, points, range(1, min(17, n_points) + 1))
     is_copy = distances < np.maximum(radius, share * distances[:, -1:])
     is_later = nearest < np.arange(n_points)[:, None]
     return np.asarray(points[~(is_copy & is_later).any(axis=1)])
@@ -296,13 +295,20 @@ def _thin(points: _Array, radius: float, share: float = 0.0) -> _Array:
 
 def _nearest(points: _Array) -> float:
     """Return the median distance of a point to the nearest other one."""
-    return float(np.median(KDTree(points).query(points, k=2)[0][:, 1]))
+    return float(np.median(_query(points, points, 2)[0][:, 1]))
+
+
+def _query(among: _Array, points: _Array, k: int | range = 1) -> Any:
+    """Return distances and indices of the k nearest among some of each point."""
+    from scipy.spatial import KDTree  # noqa: PLC0415
+
+    return KDTree(among).query(points, k=k)
 
 
 def _steps(points: _Array) -> _Array:
     """Return how far neighbours lie apart in each column, on a grid: its spacing."""
     n_points, n_columns = points.shape
     n_nearest = min(2 * n_columns + 1, n_points)
-    nearest = KDTree(points).query(points, k=n_nearest)[1][:, 1:]
+    nearest = _query(points, points, n_nearest)[1][:, 1:]
     apart = np.abs(points[nearest] - points[:, None]).mean(axis=1)
     return np.asarray(np.minimum(n_columns * np.median(apart, axis=0), 1.0))

@@ -74,21 +74,23 @@ def face(
     """
     offered = homes(file)
     names = sorted(offered)
-    floors = {
-        path.stem
-        for path in Path(file).parent.iterdir()
-        if path.stem[0] not in "_."
-        if path.suffix == ".py" or (path / "__init__.py").is_file()
-    }
 
     def get(name: str) -> Any:
-        if name in floors - offered.keys():
+        if name in offered:
+            return getattr(import_module(offered[name]), name)
+        if name in floors():
             return import_module(f"{package}.{name}")
-        if name not in offered:
-            raise AttributeError(f"module {package!r} has no attribute {name!r}")
-        return getattr(import_module(offered[name]), name)
+        raise AttributeError(f"module {package!r} has no attribute {name!r}")
 
-    return names, get, lambda: sorted({*names, *floors})
+    def floors() -> set[str]:
+        return {
+            path.stem
+            for path in Path(file).parent.iterdir()
+            if path.stem[0] not in "_."
+            if path.suffix == ".py" or (path / "__init__.py").is_file()
+        }
+
+    return names, get, lambda: sorted({*names, *floors()})
 
 
 def homes(file: str) -> dict[str, str]:

@@ -185,6 +185,15 @@ def test_floors_are_loaded_when_asked_for():
     assert ran.stdout.split() == ["False", "True", "False"]
 
 
+@pytest.mark.parametrize("heavy", ["scipy", "sklearn", "pybullet", "matplotlib"])
+def test_a_table_is_loaded_without_what_only_others_need(heavy):
+    told = f"import sys, msc; msc.load_dataset('free'); print({heavy!r} in sys.modules)"
+    ran = subprocess.run(
+        [sys.executable, "-c", told], capture_output=True, text=True, check=True
+    )
+    assert ran.stdout == "False\n"
+
+
 def public(face: str) -> list[str]:
     """Name the functions, classes and public methods that a face offers."""
     found = []
