@@ -180,7 +180,9 @@ def minimize_steps(
                 reached = int(near.argmax())
                 first = known[reached].merged_into
                 merged_into = first if first >= 0 else reached
-            if evaluations >= options.patience and best > 2 * paid.min():
+            # At its pace, how far would it get in `patience` times as many generations?
+            pace = earlier[-options.stalled - 1] / best
+            if best > paid.min() * pace**options.patience:
                 break
     flat = strategy.countiter == 1 and "tolfun" in strategy.stop()
     return CmaRun(name, policy, float(best), int(evaluations), merged_into, flat)

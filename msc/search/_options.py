@@ -74,7 +74,7 @@ class SearchOptions:
     agreement: float = 0.85
     tolerance: float = 1e-7
     max_evaluations: int = 4000
-    patience: int = 400
+    patience: float = 10
     stalled: int = 20
     gain: float = 1e-5
     near: float = 0.05
