@@ -60,7 +60,7 @@ def minimize(
     known: Sequence[CmaRun] = (),
     options: SearchOptions,
 ) -> CmaRun:
-    """Run CMA-ES until it converges, stalls or comes near the policy of a known run.
+    """Run CMA-ES until it converges, stalls, falls behind or comes near a known policy.
 
     Parameters
     ----------
@@ -180,9 +180,8 @@ def minimize_steps(
                 reached = int(near.argmax())
                 first = known[reached].merged_into
                 merged_into = first if first >= 0 else reached
-            # At its pace, how far would it get in `patience` times as many generations?
-            pace = earlier[-options.stalled - 1] / best
-            if best > paid.min() * pace**options.patience:
+            pace = earlier[-options.stalled - 1] - best
+            if best - options.patience * pace > paid.min():  # never gets there
                 break
     flat = strategy.countiter == 1 and "tolfun" in strategy.stop()
     return CmaRun(name, policy, float(best), int(evaluations), merged_into, flat)

@@ -31,14 +31,15 @@ class SearchOptions:
         Rank correlation (Kendall's) with which a surrogate is believed: it then gives
         the costs of a generation's policies that were not executed. Above 1 it never
         is, and all are executed: plain CMA-ES. The default is that of lq-CMA-ES.
-    tolerance : float, default=1e-7
+    tolerance : float, default=1e-6
         A run ends once the costs of its generations differ by less.
     max_evaluations : int, default=4000
         A run ends with the generation whose rollouts exceed this; converged runs take
-        60 to 1000.
-    patience : int, default=400
-        Rollouts after which a run that is still twice as dear as the cheapest known one
-        is given up: most runs have converged by then.
+        50 to 500.
+    patience : float, default=5
+        A run is given up if, at the pace of its last `stalled` generations, it would
+        not be as cheap as the cheapest known one after so many times as many: it is on
+        the way to a dearer way to move, or nowhere.
     stalled : int, default=20
         Generations that a run may go on without gaining.
     gain : float, default=1e-5
@@ -46,11 +47,10 @@ class SearchOptions:
         of two ways to move needs.
     near : float, default=0.05
         A run narrower than this share of a known policy's norm, and nearer to it, and
-        not cheaper, is on the way there: it is stopped. Two results of a task farther
-        apart are different behaviours, of which a neighbour is told.
+        not cheaper, is on the way there: it is stopped.
     same : float, default=0.01
-        A run that ends nearer than this share to the best policy has found it too.
-        Runs of one basin end much nearer, other basins are much farther.
+        A run that ends nearer than this share to the best policy has found it too, and
+        neighbours are told of one that is farther from what they knew.
     coarse_deg : float, default=5.0
         Degrees between the tasks that are searched first, without a neighbour's policy:
         far fewer than tasks, and dense enough that each way to move is met.
@@ -72,9 +72,9 @@ class SearchOptions:
     small_step: float = 0.006
     population: int = 9
     agreement: float = 0.85
-    tolerance: float = 1e-7
+    tolerance: float = 1e-6
     max_evaluations: int = 4000
-    patience: float = 10
+    patience: float = 5.0
     stalled: int = 20
     gain: float = 1e-5
     near: float = 0.05

@@ -1,8 +1,8 @@
 """The search of many tasks: parallel, resumable, the same whatever the workers.
 
-From coarse to fine: first tasks about five degrees apart, from several independent
-starts each, then those between, from the policies on either side and an independent
-start, and from more until one confirms what was found. After either, the consistency
+From coarse to fine: first tasks about five degrees apart, from two independent starts
+each, then those between, from the policies on either side and an independent start;
+either from more starts until two agree on what was found. After either, the consistency
 pass: tasks in even places, then those in odd places, are searched again from their
 neighbours' policies, keeping whatever costs least, until no behaviour spreads any
 further. The pass only lowers costs, and its order does not depend on which worker is
@@ -175,7 +175,7 @@ def _make_consistent(
         stale -= set(turn)
         for place in turn:
             new, old = better[ring[place]].policy, results[ring[place]].policy
-            if np.linalg.norm(new - old) > options.near * np.linalg.norm(old):
+            if np.linalg.norm(new - old) > options.same * np.linalg.norm(old):
                 stale |= {(place - 1) % len(ring), (place + 1) % len(ring)}
         results |= better
         if not stale:
@@ -227,14 +227,12 @@ def _steps(
     """Search one task: from its neighbours, and independently until one confirms it."""
     search = partial(search_steps, plan.workspace, plan.tasks_deg[k])
     search = partial(search, seed=plan.seed, options=plan.options)
+    # Two runs have to agree: without a neighbour, two independent ones.
+    n_first = 0 if incumbent else min(1 if starts else 2, plan.n_starts)
     result = yield from search(
-        n_starts=0 if incumbent else 1 if starts else plan.n_starts,
-        start_policies=starts,
-        incumbent=incumbent,
+        n_starts=n_first, start_policies=starts, incumbent=incumbent
     )
-    if incumbent or not starts:
-        return result
-    for _ in range(plan.n_starts - 1):  # until one confirms what was found
+    for _ in range(0 if incumbent else plan.n_starts - n_first):
         if result.is_confirmed:
             break
         result = yield from search(n_starts=1, incumbent=result)
