@@ -1,9 +1,12 @@
-"""Whole tasks: searched one by one, many by several workers, or predicted."""
+"""Whole tasks: searched in several ways, many by several workers, or predicted."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from functools import partial
 from typing import Any
 
+import cma
 import numpy as np
 from joblib import Parallel, delayed, parallel_config
 from timing import clock, spread
@@ -11,39 +14,93 @@ from tqdm import tqdm
 
 from msc import DMP, SMCE, ParameterizedSkill, Workspace, load_dataset, search_policy
 from msc.robot import cached_arm
-from msc.search import SearchOptions, SweepPlan, grid, search_tasks
+from msc.search import (
+    SearchOptions,
+    SearchResult,
+    SweepPlan,
+    cost,
+    grid,
+    search_policies,
+    search_tasks,
+)
 from msc.study import take_evenly
 
 SEED = 0
 MANY = 1000  # tasks predicted in one call
 
 
+# What the search was before it had a surrogate: it gave up no run, but nearly so.
+PLAIN = {"agreement": 2.0, "tolerance": 1e-7, "stalled": 40, "near": 0.05}
+NEVER = 1e3  # patience
+
+
 def measure_searches(
     workspace: Workspace, n_tasks: int, n_starts: int, options: SearchOptions
 ) -> dict[str, Any]:
-    """Search evenly spaced tasks one by one, each without a neighbour's policy."""
+    """Search evenly spaced tasks, none with a neighbour's policy, in several ways.
+
+    In lock-step all tasks together; else one by one, the ways in turn. pycma's searches
+    have one start, the first of ours, and stop by its own rules.
+    """
     warm_up(workspace)
     tasks_deg = grid(n_tasks, offset_deg=180 / n_tasks)
-    seconds, evaluations = [], []
+    plain = replace(options, **PLAIN, patience=NEVER)
+    begun = time.perf_counter()
+    together = search_policies(
+        workspace, tasks_deg, seed=SEED, n_starts=n_starts, options=options
+    )
+    share = (time.perf_counter() - begun) / n_tasks
+    found = {"lockstep": [(share, *summarise(result)) for result in together]}
+    search = partial(search_policy, workspace, seed=SEED, n_starts=n_starts)
+    by_pycma = partial(search_by_pycma, workspace, most=options.max_evaluations)
+    ways = {
+        "alone": lambda task: summarise(search(task, options=options)),
+        "plain": lambda task: summarise(search(task, options=plain)),
+        "lq_surr2": lambda task: by_pycma(cma.fmin_lq_surr2, task),
+        "fmin2": lambda task: by_pycma(cma.fmin2, task),
+    }
+    found |= {way: [] for way in ways}
     for task in tqdm(tasks_deg, desc=f"searches, {workspace.name}", unit="task"):
-        begun = time.perf_counter()
-        found = search_policy(
-            workspace, task, seed=SEED, n_starts=n_starts, options=options
-        )
-        seconds.append(time.perf_counter() - begun)
-        evaluations.append(found.evaluations)
+        for way, call in ways.items():
+            begun = time.perf_counter()
+            numbers = call(task)
+            found[way].append((time.perf_counter() - begun, *numbers))
+    keys = "seconds", "evaluations", "cost", "first_evaluations", "first_cost"
     return {
         "n_starts": n_starts,
         "tasks_deg": tasks_deg,
-        "seconds": seconds,
-        "evaluations": evaluations,
-        "seconds_per_task": float(np.mean(seconds)),
-        "evaluations_per_task": float(np.mean(evaluations)),
-        "milliseconds_per_evaluation": 1000 * sum(seconds) / sum(evaluations),
+        "ways": {
+            way: dict(zip(keys, map(list, zip(*rows, strict=True)), strict=True))
+            for way, rows in found.items()
+        },
     }
 
 
-def measure_growth(
+def summarise(result: SearchResult) -> tuple[int, float, int, float]:
+    """Return rollouts and cost of a search, and of its first start."""
+    first = result.runs[0]
+    return result.evaluations, result.cost, first.evaluations, first.cost
+
+
+def search_by_pycma(
+    workspace: Workspace, minimise: Callable[..., Any], task_deg: float, *, most: int
+) -> tuple[int, float, int, float]:
+    """Search by one of pycma's functions, as it comes, in a world with one arm."""
+    arm, rng = cached_arm(workspace, n_parallel=1), np.random.default_rng(SEED)
+    costs = []
+
+    def pay(policy: np.ndarray) -> float:
+        costs.append(cost(arm.execute(policy, task_deg)))
+        return costs[-1]
+
+    draws = {"seed": np.nan, "randn": lambda *size: rng.standard_normal(size)}
+    quiet = {"verbose": -9, "verb_log": 0, "maxfevals": most}
+    step = SearchOptions().first_step * DMP().spring
+    minimise(pay, np.zeros(DMP().n_params), step, {**draws, **quiet})
+    return (len(costs), min(costs)) * 2
+
+
+def measure_circles(
     workspace: Workspace, numbers: Sequence[int], n_starts: int, options: SearchOptions
 ) -> dict[str, Any]:
     """Search more and more tasks with two workers, and once with one.
@@ -88,8 +145,9 @@ def run(plan: SweepPlan, workers: int) -> dict[str, Any]:
 
 
 def warm_up(workspace: Workspace) -> None:
-    """Load everything in a process and build its world; leave others time to."""
-    cached_arm(workspace, DMP()).execute(np.zeros(6), task_deg=0)
+    """Load everything in a process and build its worlds; leave others time to."""
+    for size in (1, 3, 9):
+        cached_arm(workspace, n_parallel=size).execute(np.zeros(6), task_deg=0)
     time.sleep(0.2)
 
 

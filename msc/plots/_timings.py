@@ -18,8 +18,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from msc.data import find_data, load_dataset
-from msc.plots._style import SMALL, WORLD_STYLES, styled
+from msc.plots._style import SMALL, TRIO, WORLD_STYLES, styled
 from msc.plots._tables import lay_out
+from msc.study import COST_TOLERANCE
 
 ROLLOUT_LIMIT = 2.0  # what a rollout may cost, in units of its bare physics
 
@@ -41,6 +42,16 @@ _WAYS = {
     "floats": "Python loop, floats",
     "naive": "Python loop, NumPy",
 }
+_SEARCHES = {
+    "lockstep": "msc, in lock-step",
+    "alone": "msc, one by one",
+    "plain": "before: plain CMA-ES",
+    "lq_surr2": "pycma, fmin_lq_surr2",
+    "fmin2": "pycma, fmin2",
+}
+_LIBRARIES = {"msc": "-", "scikit-learn": "--", "GPy": ":"}
+_TICKS = [base * 10**k for k in range(-2, 4) for base in (1, 2, 5)]
+_FIFTHS = 10, 50, 90  # percentiles: the middle four fifths, and their middle
 _PARTS = ["machine", "memory", "rollouts", "searches", "growth", "skill", "learners"]
 Timings = Mapping[str, Any]  # the benchmark's file
 _Columns = Mapping[Any, Any] | pd.DataFrame
@@ -81,29 +92,88 @@ def load_benchmark(path: str | Path | None = None) -> dict[str, Any]:
 
 
 @styled
-def plot_benchmark(
-    costs: Timings, tables: Mapping[str, pd.DataFrame] | None = None
-) -> Figure:
-    """Draw what a rollout costs, and how a task's search shrinks among others.
+def plot_benchmark(costs: Timings) -> Figure:
+    """Draw what a rollout costs, and the search of a task, each way to do it.
 
     Parameters
     ----------
     costs : mapping
         What `load_benchmark` gives.
-    tables : mapping from str to DataFrame, optional
-        Searched policies of whole worlds, as `load_dataset` gives them.
 
     Returns
     -------
     Figure
-        Left every way to do a rollout in units of its raw steps; right the rollouts
-        that a task takes over the number of tasks searched together.
+        Left a rollout in units of its raw steps; right the seconds of a task. Medians,
+        and where the middle four fifths of rounds and of tasks lie.
     """
-    figure, (ways, growth) = plt.subplots(
-        1, 2, figsize=(7.4, 3.5), width_ratios=(1.15, 1)
-    )
-    _draw_ways(ways, costs)
-    _draw_growth(growth, costs, tables or {})
+    figure, (rollouts, searches) = plt.subplots(1, 2, figsize=(7.4, 3.3))
+    times, spent = {}, {}
+    for world, measured in costs["rollouts"].items():
+        found = {k: one for k, one in measured["milliseconds"].items() if one}
+        raw = found["raw_steps"]["median"]
+        times[world] = {
+            _WAYS[way]: [found[way][k] / raw for k in ("low", "median", "high")]
+            for way in reversed(_WAYS)
+            if way in found
+        }
+        spent[world] = {
+            name: np.percentile(
+                costs["searches"][world]["ways"][way]["seconds"], _FIFTHS
+            )
+            for way, name in reversed(_SEARCHES.items())
+        }
+    _draw_ways(rollouts, times, "time (multiples of raw steps)")
+    rollouts.axvline(ROLLOUT_LIMIT, color="0.3", lw=1, ls="--")
+    place = ROLLOUT_LIMIT, -0.4
+    rollouts.text(*place, f" {ROLLOUT_LIMIT:g} ×", fontsize=SMALL, va="bottom")
+    rollouts.set_title("one rollout", loc="left")
+    rollouts.legend(loc="upper right")
+    _draw_ways(searches, spent, "time (s)")
+    searches.set_title("one task searched", loc="left")
+    return figure
+
+
+@styled
+def plot_fits(costs: Timings) -> Figure:
+    """Draw what learning takes over the number of samples.
+
+    Parameters
+    ----------
+    costs : mapping
+        What `load_benchmark` gives.
+
+    Returns
+    -------
+    Figure
+        From left to right fits of regressions, by this package and by others, fits of
+        SMCE, and its largest memory; dotted, what grows as the number does.
+    """
+    figure, axes = plt.subplots(1, 3, figsize=(7.4, 3.4), width_ratios=(1.2, 1, 1))
+    skills = pd.DataFrame(costs["learners"]["skills"])
+    skills = skills[skills["learner"] != "four charts, by SMCE"]
+    for (learner, by), some in skills.groupby(["learner", "by"], sort=False):
+        number = list(skills["learner"].unique()).index(learner)
+        look = {"color": TRIO[number], "ls": _LIBRARIES[by], "marker": "os^"[number]}
+        label = f"{learner}, {by}"
+        axes[0].plot(some["n_samples"], some["fit_seconds"], label=label, ms=4, **look)
+    growth = pd.DataFrame(costs["learners"]["growth"])
+    for number, (shape, some) in enumerate(growth.groupby("shape")):
+        look = {"color": TRIO[number], "marker": "os^"[number], "label": shape, "ms": 4}
+        for axis, key in zip(axes[1:], ("seconds", "peak_mb"), strict=True):
+            axis.plot(some["n_points"], some[key], **look)
+    first = growth["seconds"].iloc[-3:].min() / growth["n_points"].iloc[-1]
+    counts = growth["n_points"].unique()
+    axes[1].plot(counts, first * counts, color="0.4", ls=":", label="as the number")
+    titles = "fits of regressions (s)", "fits of SMCE (s)", "its memory (MB)"
+    for axis, title in zip(axes, titles, strict=True):
+        axis.set(xscale="log", xlabel="samples")
+        axis.set_title(title, loc="left")
+    axes[0].set_yscale("log")
+    axes[1].set_yscale("log")
+    axes[2].set_ylim(bottom=0)
+    axes[1].legend()
+    handles = axes[0].get_legend_handles_labels()
+    figure.legend(*handles, ncols=3, loc="outside lower center")
     return figure
 
 
@@ -114,11 +184,11 @@ def benchmark_table(costs: Timings, what: str) -> pd.DataFrame:
     ----------
     costs : mapping
         What `load_benchmark` gives.
-    what : {"rollouts", "tasks", "growth", "data", "learners", "SMCE"}
-        Rollouts beside other ways to do them; tasks, searched and predicted; searches
-        of more tasks, by more workers; the tables of searched policies; the skill
-        beside a single regression, and SMCE beside cvxpy; fits of SMCE to more points,
-        each in a process of its own on one core.
+    what : {"rollouts", "searches", "tasks", "growth", "data", "SMCE", "fits", "skills"}
+        Rollouts beside other ways to do them; searches of the same tasks; tasks,
+        searched and predicted; searches of more tasks, by more workers; the tables of
+        searched policies; SMCE beside cvxpy; fits of SMCE to more points, each in a
+        process of its own on one core; skills with others' Gaussian processes.
 
     Returns
     -------
@@ -149,18 +219,45 @@ def _list_rollouts(costs: Timings) -> _Columns:
     }
 
 
+def _list_searches(costs: Timings) -> _Columns:
+    """Compare searches of the same tasks, one row a world and way."""
+    rows = {}
+    for world, measured in costs["searches"].items():
+        ways = measured["ways"]
+        best = np.min([way["cost"] for way in ways.values()], axis=0)
+        for way, name in _SEARCHES.items():
+            one = {key: np.array(values) for key, values in ways[way].items()}
+            dearer = one["cost"] / best - 1
+            seconds = one["seconds"].mean()
+            rows[world, name] = {
+                "rollouts": round(one["evaluations"].mean()),
+                "first start": round(one["first_evaluations"].mean()),
+                "seconds": seconds,
+                "ms a rollout": 1000 * _rollout_seconds(ways[way]),
+                "× lock-step": seconds / np.mean(ways["lockstep"]["seconds"]),
+                "cost above the best": f"{dearer.mean():.2%}",
+                "first start's": f"{(one['first_cost'] / best - 1).mean():.2%}",
+                "as good": f"{(dearer <= COST_TOLERANCE).sum()} of {len(best)}",
+            }
+    return pd.DataFrame(rows).T
+
+
+def _rollout_seconds(way: Timings) -> float:
+    """Return what a rollout takes in a search, all that the search does included."""
+    return float(np.sum(way["seconds"]) / np.sum(way["evaluations"]))
+
+
 def _list_tasks(costs: Timings) -> _Columns:
     """Compare searches with predictions, one column a world."""
     columns = {}
     for world, search in costs["searches"].items():
-        skill = costs["skill"][world]
+        skill, alone = costs["skill"][world], search["ways"]["alone"]
         one, many = (skill[f"predict_{n}_microseconds"] for n in ("one", "many"))
-        seconds = search["seconds_per_task"]
+        seconds = np.mean(alone["seconds"])
         samples, calls = skill["n_samples"], skill["n_predicted"]
         columns[world] = {
-            "searched: rollouts": f"{search['evaluations_per_task']:.0f}",
-            "searched: seconds": seconds,
-            "ms a rollout, CMA-ES included": search["milliseconds_per_evaluation"],
+            "searched alone: rollouts": round(np.mean(alone["evaluations"])),
+            "searched alone: seconds": seconds,
             f"skill of {samples} samples: seconds to fit": skill["fit_seconds"],
             "predicted: µs": one,
             f"predicted, {calls} a call: µs each": many,
@@ -183,7 +280,7 @@ def _list_data(costs: Timings) -> _Columns:
     for world, search in costs["searches"].items():
         searched = load_dataset(world).table["evaluations"]
         rollouts = searched.sum()
-        minutes = rollouts * search["milliseconds_per_evaluation"] / 60_000
+        minutes = rollouts * _rollout_seconds(search["ways"]["lockstep"]) / 60
         columns[world] = {
             "tasks": len(searched),
             "rollouts": rollouts,
@@ -193,102 +290,73 @@ def _list_data(costs: Timings) -> _Columns:
     return columns
 
 
-def _list_learners(costs: Timings) -> _Columns:
-    """Compare the skill, and SMCE, with other ways to do the same."""
+def _list_smce(costs: Timings) -> _Columns:
+    """Compare SMCE with one problem a point."""
     smce = costs["learners"]["smce"]
     rows = {
         f"SMCE, {smce['n_points']} points: seconds to fit": smce["fit_seconds"],
         "one cvxpy problem a point: seconds": smce["one_by_one_seconds"],
         "cvxpy / SMCE": smce["one_by_one_over_fit"],
     }
-    for world, skill in costs["learners"]["skill"].items():
-        head = f"{world}, {skill['n_samples']} samples"
-        for step, asked in (("fit", ""), ("predict", f" {skill['n_predicted']}")):
-            task, charts = f"{head}: ms to {step}{asked}", f"{skill['n_charts']} charts"
-            rows[f"{task}, {charts}"] = skill[f"{step}_charts_milliseconds"]
-            rows[f"{task}, single"] = skill[f"{step}_single_milliseconds"]
-            rows[f"{head}: {step}, charts / single"] = skill[
-                f"{step}_charts_over_single"
-            ]
     return {"": rows}
 
 
-def _list_smce(costs: Timings) -> _Columns:
-    """List fits of SMCE, one row a number of points."""
-    fits = pd.DataFrame(costs["learners"]["fits"]).set_index("n_points")
-    fits = fits.rename_axis("points")
-    return {
-        "seconds": fits["seconds"],
-        "ms a point": 1000 * fits["seconds"] / fits.index,
-        "MB, at most": fits["peak_mb"],
-        "MB before": fits["before_mb"],
-    }
+def _list_fits(costs: Timings) -> _Columns:
+    """List fits of SMCE, one row a number of points and a shape."""
+    fits = pd.DataFrame(costs["learners"]["growth"])
+    fits = fits.rename(columns={"n_points": "points"}).set_index(["shape", "points"])
+    fits["ms a point"] = 1000 * fits["seconds"] / fits.index.get_level_values("points")
+    names = {"peak_mb": "MB, at most", "before_mb": "MB before"}
+    return fits.rename(columns=names)[["seconds", "ms a point", *names.values()]]
+
+
+def _list_skills(costs: Timings) -> _Columns:
+    """Compare skills with other libraries' Gaussian processes, one row a fit of ours."""
+    rows = pd.DataFrame(costs["learners"]["skills"])
+    rows = rows.rename(columns={"n_samples": "samples"})
+    table = rows.set_index(["learner", "samples", "by"]).unstack("by")
+    ours = table.xs("msc", axis=1, level="by")
+    columns: dict[Any, Any] = {}
+    for key, title in (("fit_seconds", "fit (s)"), ("predict_seconds", "predict (s)")):
+        for by in _LIBRARIES:
+            found = (key, by) in table
+            columns[f"{title}, {by}"] = table[key, by] if found else [None] * len(table)
+    for by in [by for by in _LIBRARIES if ("fit_seconds", by) in table][1:]:
+        columns[f"{by} / msc, fit"] = table["fit_seconds", by] / ours["fit_seconds"]
+        apart = ours["log_likelihood"] - table["log_likelihood", by]
+        columns[f"ln p, msc - {by}"] = apart.map("{:+.1f}".format, na_action="ignore")
+    return pd.DataFrame(columns, table.index, dtype=object)
 
 
 _LISTS = {
     "rollouts": _list_rollouts,
+    "searches": _list_searches,
     "tasks": _list_tasks,
     "growth": _list_growth,
     "data": _list_data,
-    "learners": _list_learners,
     "SMCE": _list_smce,
+    "fits": _list_fits,
+    "skills": _list_skills,
 }
 
 
-def _draw_ways(axis: Axes, costs: Timings) -> None:
-    """Draw the times of a rollout, medians and the middle four fifths of rounds."""
-    timed = {world: one["milliseconds"] for world, one in costs["rollouts"].items()}
-    ways = [way for way in reversed(_WAYS) if all(one[way] for one in timed.values())]
+def _draw_ways(axis: Axes, times: Mapping[str, Mapping[str, Any]], unit: str) -> None:
+    """Draw low, middle and high times of ways from below, by world."""
     look: Any = {"ls": "", "ms": 5, "mec": "white", "mew": 0.5, "elinewidth": 1.2}
-    for number, (world, times) in enumerate(timed.items()):
-        keys = "low", "median", "high"
-        low, middle, high = (np.array([times[way][k] for way in ways]) for k in keys)
-        raw = times["raw_steps"]["median"]
+    for number, (world, ways) in enumerate(times.items()):
+        low, middle, high = np.transpose(list(ways.values()))
         axis.errorbar(
-            middle / raw,
+            middle,
             np.arange(len(ways)) + 0.24 * (0.5 - number),
-            xerr=np.array([middle - low, high - middle]) / raw,
+            xerr=np.array([middle - low, high - middle]),
             label=world,
             **look,
             **WORLD_STYLES[world],
         )
-    axis.axvline(ROLLOUT_LIMIT, color="0.3", lw=1, ls="--")
-    axis.text(ROLLOUT_LIMIT, -0.4, f" {ROLLOUT_LIMIT:g} ×", fontsize=SMALL, va="bottom")
     axis.set_xscale("log")
     left, right = axis.get_xlim()
-    ticks = [tick for tick in (0.5, 1, 2, 5, 10, 20, 50) if left <= tick <= right]
+    ticks = [tick for tick in _TICKS if left <= tick <= right]
     axis.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
     axis.set_xticks([], minor=True)
-    axis.set_yticks(range(len(ways)), [_WAYS[way] for way in ways])
-    axis.set(ylim=(-0.5, len(ways) - 0.5), xlabel="time (multiples of raw steps)")
-    axis.set_title("one rollout", loc="left")
-    axis.legend(loc="upper right")
-
-
-def _draw_growth(
-    axis: Axes, costs: Timings, tables: Mapping[str, pd.DataFrame]
-) -> None:
-    """Draw rollouts per task: alone, in the benchmark's circles, in the tables."""
-    growth = costs["growth"]
-    runs = {(run["n_tasks"], run["evaluations_per_task"]) for run in growth["runs"]}
-
-    def draw(world: str, name: str, *places: Any, **look: Any) -> None:
-        axis.plot(*places, label=f"{world}, {name}", **look, **WORLD_STYLES[world])
-
-    draw(growth["workspace"], "benchmark's circle", *np.transpose(sorted(runs)), ms=5)
-    for world, alone in costs["searches"].items():
-        spent = alone["evaluations_per_task"]
-        draw(world, "one task alone", 1, spent, ls="", mfc="none")
-    for world, table in tables.items():
-        place = len(table), table["evaluations"].mean()
-        draw(world, "the data set", *place, ls="", ms=8, mec="black")
-    counts = sorted({1, *(n for n, _ in runs), *map(len, tables.values())})
-    axis.set_xscale("log")
-    axis.set_xticks(counts, [f"{count}" for count in counts])
-    axis.set_xticks([], minor=True)
-    axis.set(xlabel="tasks searched together", ylabel="rollouts per task")
-    axis.set_title("one task", loc="left")
-    axis.set_ylim(bottom=0)
-    axis.figure.legend(
-        *axis.get_legend_handles_labels(), ncols=3, loc="outside lower right"
-    )
+    axis.set_yticks(range(len(ways)), list(ways))
+    axis.set(ylim=(-0.5, len(ways) - 0.5), xlabel=unit)
