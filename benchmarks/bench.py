@@ -15,7 +15,7 @@ from typing import Any
 
 import mujoco_arm
 import processes
-from learners import measure_growth, measure_skills, measure_smce
+from learners import measure_fits, measure_skills, measure_smce
 from naive import N_PHYSICS_STEPS
 from rollouts import POPULATION, measure_memory, measure_rollouts
 from searches import measure_circles, measure_searches, measure_skill
@@ -40,7 +40,7 @@ PACKAGES = (
 )
 
 
-SHOWN = "rollouts", "searches", "tasks", "growth", "SMCE", "fits", "skills"
+SHOWN = "rollouts", "searches", "tasks", "growth", "SMCE", "skills"
 
 
 @dataclass(frozen=True)
@@ -100,6 +100,7 @@ def main() -> None:
 def measure(effort: Effort) -> dict[str, Any]:
     """Measure everything; what is compared is interleaved."""
     free, obstacles = worlds = Workspace.free(), Workspace.obstacles()
+    smce = measure_smce(effort.points, effort.learned)
     return {
         "population": POPULATION,
         "physics_steps": N_PHYSICS_STEPS,
@@ -115,8 +116,8 @@ def measure(effort: Effort) -> dict[str, Any]:
             for w in worlds
         },
         "learners": {
-            "smce": measure_smce(effort.points, effort.learned),
-            "growth": measure_growth(("curve", "ring", "sheet"), effort.grown),
+            "smce": smce,
+            "fits": measure_fits(smce, effort.grown),
             "skills": measure_skills(
                 effort.fits, effort.most, effort.learned, effort.predicted
             ),

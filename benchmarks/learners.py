@@ -89,12 +89,16 @@ def measure_smce(n_points: int, n_rounds: int) -> dict[str, Any]:
     }
 
 
-def measure_growth(
-    shapes: Sequence[str], numbers: Sequence[int]
-) -> list[dict[str, Any]]:
-    """Fit SMCE to more and more points, each in a process of its own, on one core."""
-    fits = []
-    work = [(shape, str(n)) for n in numbers for shape in shapes]
+def measure_fits(smce: dict[str, Any], numbers: Sequence[int]) -> list[dict[str, Any]]:
+    """Fit SMCE to more and more points, each in a process of its own, on one core.
+
+    The first rows are those of `measure_smce`.
+    """
+    fits = [
+        describe(of, smce["n_points"], smce[f"{key}_seconds"]["median"])
+        for of, key in (("four curves", "fit"), ("the same, by cvxpy", "one_by_one"))
+    ]
+    work = [(shape, f"{n}") for n in numbers for shape in ("curve", "ring", "sheet")]
     for some in tqdm(work, desc="SMCE, more points", unit="fit"):
         command = [sys.executable, __file__, *some]
         ran = subprocess.run(command, capture_output=True, text=True, check=True)
@@ -109,13 +113,16 @@ def fit_once(shape: str, n_points: int) -> dict[str, Any]:
     before = peak_mb()
     with threadpool_limits(1):
         seconds = clock(lambda: SMCE(random_state=SEED).fit(X))
-    return {
-        "shape": shape,
-        "n_points": n_points,
-        "seconds": seconds,
-        "before_mb": before,
-        "peak_mb": peak_mb(),
+    return describe(shape, n_points, seconds) | {
+        "MB before": before,
+        "MB, at most": peak_mb(),
     }
+
+
+def describe(of: str, n_points: int, seconds: float) -> dict[str, Any]:
+    """Return a row of the table of fits, but for its memory."""
+    each = 1000 * seconds / n_points
+    return {"points": n_points, "of": of, "seconds": seconds, "ms a point": each}
 
 
 def measure_skills(
@@ -143,12 +150,12 @@ def measure_skills(
             fit, predict = np.median(seconds[learner, by], axis=0)
             rows.append(
                 {
-                    "n_samples": n_samples,
+                    "samples": n_samples,
                     "learner": learner,
                     "by": by,
-                    "fit_seconds": fit,
-                    "predict_seconds": predict,
-                    "log_likelihood": sum(
+                    "fit (s)": fit,
+                    "predict (s)": predict,
+                    "ln p": sum(
                         model.log_marginal_likelihood_value_ for model in models
                     ),
                 }

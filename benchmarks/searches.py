@@ -102,46 +102,27 @@ def search_by_pycma(
 
 def measure_circles(
     workspace: Workspace, numbers: Sequence[int], n_starts: int, options: SearchOptions
-) -> dict[str, Any]:
-    """Search more and more tasks with two workers, and once with one.
-
-    That one is of the middle number of tasks.
-    """
+) -> list[dict[str, Any]]:
+    """Search more and more tasks with two workers, and the middle number with one."""
     with parallel_config("loky", n_jobs=2, inner_max_num_threads=1):
         Parallel()(delayed(warm_up)(workspace) for _ in range(4))
-    middle = numbers[len(numbers) // 2]
-    plans = [
-        SweepPlan(workspace, grid(n), SEED, n_starts, (), options) for n in numbers
-    ]
-    runs = [run(plan, workers=2) for plan in plans]
-    runs.append(run(plans[len(plans) // 2], workers=1))
-    by_workers = {one["workers"]: one for one in runs if one["n_tasks"] == middle}
-    alone, together = by_workers[1]["seconds"], by_workers[2]["seconds"]
-    return {
-        "workspace": workspace.name,
-        "n_starts": n_starts,
-        "runs": runs,
-        "tasks_per_second_1_worker": middle / alone,
-        "tasks_per_second_2_workers": middle / together,
-        "speedup_by_2_workers": alone / together,
-    }
-
-
-def run(plan: SweepPlan, workers: int) -> dict[str, Any]:
-    """Search a whole circle of tasks, consistency pass included."""
-    n_tasks = len(plan.tasks_deg)
-    begun = time.perf_counter()
-    table = search_tasks(plan, jobs=workers, progress=True)
-    seconds = time.perf_counter() - begun
-    evaluations = int(table["evaluations"].sum())
-    return {
-        "n_tasks": n_tasks,
-        "workers": workers,
-        "seconds": seconds,
-        "evaluations": evaluations,
-        "evaluations_per_task": evaluations / n_tasks,
-        "tasks_per_second": n_tasks / seconds,
-    }
+    runs = [(1, numbers[len(numbers) // 2]), *((2, number) for number in numbers)]
+    rows = []
+    for workers, n_tasks in runs:
+        plan = SweepPlan(workspace, grid(n_tasks), SEED, n_starts, (), options)
+        begun = time.perf_counter()
+        table = search_tasks(plan, jobs=workers, progress=True)
+        seconds = time.perf_counter() - begun
+        rows.append(
+            {
+                "workers": workers,
+                "tasks": n_tasks,
+                "seconds": seconds,
+                "tasks/s": n_tasks / seconds,
+                "rollouts/task": table["evaluations"].mean(),
+            }
+        )
+    return rows
 
 
 def warm_up(workspace: Workspace) -> None:

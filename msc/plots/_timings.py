@@ -7,7 +7,7 @@ from there by the functions below.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +18,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from msc.data import find_data, load_dataset
-from msc.plots._style import SMALL, TRIO, WORLD_STYLES, styled
+from msc.plots._style import CHART_MARKERS, SMALL, TRIO, WORLD_STYLES, styled
 from msc.plots._tables import lay_out
 from msc.study import COST_TOLERANCE
 
@@ -28,30 +28,27 @@ _RATIOS = {
     "rollouts_per_second": "rollouts a second, one process",
     "rollout_over_raw_steps": "rollout / raw steps",
     "rollout_over_own_steps": "rollout / own steps",
-    "naive_over_raw_steps": "NumPy loop / raw steps",
-    "floats_over_raw_steps": "float loop / raw steps",
     "speedup_over_naive": "NumPy loop / rollout",
     "speedup_over_floats": "float loop / rollout",
     "rollout_over_mujoco": "rollout / MuJoCo's, open loop",
 }
-_WAYS = {
-    "mujoco": "MuJoCo, open loop",
-    "raw_steps": "raw steps",
-    "own_steps": "own steps",
-    "search": "rollout in the search",
-    "floats": "Python loop, floats",
+_WAYS = {  # from below
     "naive": "Python loop, NumPy",
+    "floats": "Python loop, floats",
+    "search": "rollout in the search",
+    "own_steps": "own steps",
+    "raw_steps": "raw steps",
+    "mujoco": "MuJoCo, open loop",
 }
-_SEARCHES = {
-    "lockstep": "msc, in lock-step",
-    "alone": "msc, one by one",
-    "plain": "before: plain CMA-ES",
-    "lq_surr2": "pycma, fmin_lq_surr2",
+_SEARCHES = {  # from below
     "fmin2": "pycma, fmin2",
+    "lq_surr2": "pycma, fmin_lq_surr2",
+    "plain": "before, plain CMA-ES",
+    "alone": "msc, one by one",
+    "lockstep": "msc, in lock-step",
 }
 _LIBRARIES = {"msc": "-", "scikit-learn": "--", "GPy": ":"}
 _TICKS = [base * 10**k for k in range(-2, 4) for base in (1, 2, 5)]
-_FIFTHS = 10, 50, 90  # percentiles: the middle four fifths, and their middle
 _PARTS = ["machine", "memory", "rollouts", "searches", "growth", "skill", "learners"]
 Timings = Mapping[str, Any]  # the benchmark's file
 _Columns = Mapping[Any, Any] | pd.DataFrame
@@ -74,12 +71,6 @@ def load_benchmark(path: str | Path | None = None) -> dict[str, Any]:
     ------
     ValueError
         If the file is missing or holds something else.
-
-    Examples
-    --------
-    >>> costs = load_benchmark()
-    >>> sorted(costs["rollouts"])
-    ['free', 'obstacles']
     """
     file = Path(path or find_data() / "results" / "bench.json")
     if not file.is_file():
@@ -93,7 +84,7 @@ def load_benchmark(path: str | Path | None = None) -> dict[str, Any]:
 
 @styled
 def plot_benchmark(costs: Timings) -> Figure:
-    """Draw what a rollout costs, and the search of a task, each way to do it.
+    """Draw what a rollout and the search of a task cost, each way to do them.
 
     Parameters
     ----------
@@ -106,31 +97,39 @@ def plot_benchmark(costs: Timings) -> Figure:
         Left a rollout in units of its raw steps; right the seconds of a task. Medians,
         and where the middle four fifths of rounds and of tasks lie.
     """
-    figure, (rollouts, searches) = plt.subplots(1, 2, figsize=(7.4, 3.3))
-    times, spent = {}, {}
-    for world, measured in costs["rollouts"].items():
-        found = {k: one for k, one in measured["milliseconds"].items() if one}
-        raw = found["raw_steps"]["median"]
-        times[world] = {
-            _WAYS[way]: [found[way][k] / raw for k in ("low", "median", "high")]
-            for way in reversed(_WAYS)
-            if way in found
-        }
-        spent[world] = {
-            name: np.percentile(
-                costs["searches"][world]["ways"][way]["seconds"], _FIFTHS
-            )
-            for way, name in reversed(_SEARCHES.items())
-        }
-    _draw_ways(rollouts, times, "time (multiples of raw steps)")
-    rollouts.axvline(ROLLOUT_LIMIT, color="0.3", lw=1, ls="--")
-    place = ROLLOUT_LIMIT, -0.4
-    rollouts.text(*place, f" {ROLLOUT_LIMIT:g} ×", fontsize=SMALL, va="bottom")
-    rollouts.set_title("one rollout", loc="left")
-    rollouts.legend(loc="upper right")
-    _draw_ways(searches, spent, "time (s)")
-    searches.set_title("one task searched", loc="left")
+    figure, (left, right) = plt.subplots(1, 2, figsize=(7.4, 3.3))
+    for number, world in enumerate(costs["rollouts"]):
+        times = costs["rollouts"][world]["milliseconds"]
+        times = {_WAYS[way]: pd.Series(times[way]) for way in _WAYS if times[way]}
+        rollouts = pd.DataFrame(times) / times["raw steps"]["median"]
+        _draw_ways(left, world, number, rollouts.loc[["low", "median", "high"]])
+        ways = costs["searches"][world]["ways"]
+        spent = pd.DataFrame(
+            {_SEARCHES[way]: ways[way]["seconds"] for way in _SEARCHES}
+        )
+        _draw_ways(right, world, number, spent.quantile([0.1, 0.5, 0.9]))
+    left.axvline(ROLLOUT_LIMIT, color="0.3", lw=1, ls="--")
+    left.text(ROLLOUT_LIMIT, -0.4, f" {ROLLOUT_LIMIT:g} ×", fontsize=SMALL, va="bottom")
+    left.set_xlabel("time (multiples of raw steps)")
+    left.set_title("one rollout", loc="left")
+    left.legend()
+    right.set_xlabel("time (s)")
+    right.set_title("one task searched", loc="left")
     return figure
+
+
+def _draw_ways(axis: Axes, world: str, number: int, times: pd.DataFrame) -> None:
+    """Draw a world's low, middle and high times, one column a way, from below."""
+    low, middle, _ = times.to_numpy()
+    place, span = np.arange(len(low)) + 0.24 * (0.5 - number), np.diff(times, axis=0)
+    look: Any = {"ls": "", "ms": 5, "label": world, **WORLD_STYLES[world]}
+    axis.errorbar(middle, place, xerr=span, **look)
+    axis.set_yticks(range(len(low)), times.columns)
+    axis.set(ylim=(-0.5, len(low) - 0.5), xscale="log")
+    start, end = axis.get_xlim()
+    ticks = [tick for tick in _TICKS if start <= tick <= end]
+    axis.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+    axis.set_xticks([], minor=True)
 
 
 @styled
@@ -145,36 +144,38 @@ def plot_fits(costs: Timings) -> Figure:
     Returns
     -------
     Figure
-        From left to right fits of regressions, by this package and by others, fits of
-        SMCE, and its largest memory; dotted, what grows as the number does.
+        From left to right fits of regressions, by this package and by others; fits of
+        SMCE, and dotted what grows as their number; the largest memory of these.
     """
-    figure, axes = plt.subplots(1, 3, figsize=(7.4, 3.4), width_ratios=(1.2, 1, 1))
+    figure, axes = plt.subplots(1, 3, figsize=(7.4, 3.6))
     skills = pd.DataFrame(costs["learners"]["skills"])
-    skills = skills[skills["learner"] != "four charts, by SMCE"]
-    for (learner, by), some in skills.groupby(["learner", "by"], sort=False):
-        number = list(skills["learner"].unique()).index(learner)
-        look = {"color": TRIO[number], "ls": _LIBRARIES[by], "marker": "os^"[number]}
-        label = f"{learner}, {by}"
-        axes[0].plot(some["n_samples"], some["fit_seconds"], label=label, ms=4, **look)
-    growth = pd.DataFrame(costs["learners"]["growth"])
-    for number, (shape, some) in enumerate(growth.groupby("shape")):
-        look = {"color": TRIO[number], "marker": "os^"[number], "label": shape, "ms": 4}
-        for axis, key in zip(axes[1:], ("seconds", "peak_mb"), strict=True):
-            axis.plot(some["n_points"], some[key], **look)
-    first = growth["seconds"].iloc[-3:].min() / growth["n_points"].iloc[-1]
-    counts = growth["n_points"].unique()
-    axes[1].plot(counts, first * counts, color="0.4", ls=":", label="as the number")
-    titles = "fits of regressions (s)", "fits of SMCE (s)", "its memory (MB)"
-    for axis, title in zip(axes, titles, strict=True):
-        axis.set(xscale="log", xlabel="samples")
-        axis.set_title(title, loc="left")
-    axes[0].set_yscale("log")
-    axes[1].set_yscale("log")
-    axes[2].set_ylim(bottom=0)
+    names = [name for name in skills["learner"].unique() if "SMCE" not in name]
+    for (name, library), some in skills.groupby(["learner", "by"], sort=False):
+        if name in names:
+            look = {"ls": _LIBRARIES[str(library)], "label": f"{name}, {library}"}
+            look |= _look(names.index(name))
+            axes[0].plot(some["samples"], some["fit (s)"], **look)
+    fits = pd.DataFrame(costs["learners"]["fits"]).dropna()
+    for number, (shape, some) in enumerate(fits.groupby("of")):
+        axes[1].plot(some["points"], some["seconds"], label=shape, **_look(number))
+        axes[2].plot(some["points"], some["MB, at most"], **_look(number))
+    least = fits.groupby("points")["seconds"].min()
+    slope = least.iloc[-1] * least.index / least.index[-1]
+    axes[1].plot(least.index, slope, color="0.4", ls=":", label="as their number")
     axes[1].legend()
-    handles = axes[0].get_legend_handles_labels()
-    figure.legend(*handles, ncols=3, loc="outside lower center")
+    titles = "fits of regressions (s)", "fits of SMCE (s)", "their memory (MB)"
+    for axis, title, scale in zip(axes, titles, ("log", "log", "linear"), strict=True):
+        axis.set(xscale="log", yscale=scale, xlabel="samples")
+        axis.set_title(title, loc="left")
+    axes[2].set_ylim(bottom=0)
+    figure.legend(
+        *axes[0].get_legend_handles_labels(), ncols=3, loc="outside lower left"
+    )
     return figure
+
+
+def _look(number: int) -> dict[str, Any]:
+    return {"color": TRIO[number], "marker": CHART_MARKERS[number], "ms": 4}
 
 
 def benchmark_table(costs: Timings, what: str) -> pd.DataFrame:
@@ -184,11 +185,11 @@ def benchmark_table(costs: Timings, what: str) -> pd.DataFrame:
     ----------
     costs : mapping
         What `load_benchmark` gives.
-    what : {"rollouts", "searches", "tasks", "growth", "data", "SMCE", "fits", "skills"}
+    what : {"rollouts", "searches", "tasks", "growth", "data", "SMCE", "skills"}
         Rollouts beside other ways to do them; searches of the same tasks; tasks,
         searched and predicted; searches of more tasks, by more workers; the tables of
-        searched policies; SMCE beside cvxpy; fits of SMCE to more points, each in a
-        process of its own on one core; skills with others' Gaussian processes.
+        searched policies; fits of SMCE, each in a process of its own on one core; fits
+        of skills, with our Gaussian processes and with others'.
 
     Returns
     -------
@@ -200,163 +201,94 @@ def benchmark_table(costs: Timings, what: str) -> pd.DataFrame:
     ------
     ValueError
         If it is something else.
-
-    Examples
-    --------
-    >>> benchmark_table(load_benchmark(), "data").loc["tasks"].tolist()
-    ['360', '360']
     """
     if what not in _LISTS:
         raise ValueError(f"what={what!r}; wanted one of {tuple(_LISTS)}")
     return lay_out(_LISTS[what](costs))
 
 
-def _list_rollouts(costs: Timings) -> _Columns:
-    """Compare rollouts: one row a ratio, one column a world."""
-    return {
-        world: {label: measured[key] for key, label in _RATIOS.items()}
-        for world, measured in costs["rollouts"].items()
-    }
-
-
 def _list_searches(costs: Timings) -> _Columns:
     """Compare searches of the same tasks, one row a world and way."""
     rows = {}
     for world, measured in costs["searches"].items():
-        ways = measured["ways"]
-        best = np.min([way["cost"] for way in ways.values()], axis=0)
-        for way, name in _SEARCHES.items():
-            one = {key: np.array(values) for key, values in ways[way].items()}
-            dearer = one["cost"] / best - 1
-            seconds = one["seconds"].mean()
+        best = np.min([way["cost"] for way in measured["ways"].values()], axis=0)
+        quickest = np.mean(measured["ways"]["lockstep"]["seconds"])
+        for way, name in reversed(_SEARCHES.items()):
+            found = pd.DataFrame(measured["ways"][way])
+            means, dearer = found.mean(), found.div(best, axis=0) - 1
             rows[world, name] = {
-                "rollouts": round(one["evaluations"].mean()),
-                "first start": round(one["first_evaluations"].mean()),
-                "seconds": seconds,
-                "ms a rollout": 1000 * _rollout_seconds(ways[way]),
-                "× lock-step": seconds / np.mean(ways["lockstep"]["seconds"]),
-                "cost above the best": f"{dearer.mean():.2%}",
-                "first start's": f"{(one['first_cost'] / best - 1).mean():.2%}",
-                "as good": f"{(dearer <= COST_TOLERANCE).sum()} of {len(best)}",
+                "rollouts": round(means["evaluations"]),
+                "of the first start": round(means["first_evaluations"]),
+                "seconds": means["seconds"],
+                "× lock-step": means["seconds"] / quickest,
+                "ms a rollout": 1000 * means["seconds"] / means["evaluations"],
+                "above the least cost": f"{dearer['cost'].mean():.1%}",
+                "first start": f"{dearer['first_cost'].mean():.1%}",
+                "as good": f"{sum(dearer['cost'] <= COST_TOLERANCE)} of {len(best)}",
             }
-    return pd.DataFrame(rows).T
-
-
-def _rollout_seconds(way: Timings) -> float:
-    """Return what a rollout takes in a search, all that the search does included."""
-    return float(np.sum(way["seconds"]) / np.sum(way["evaluations"]))
+    return pd.DataFrame.from_dict(rows, orient="index")
 
 
 def _list_tasks(costs: Timings) -> _Columns:
     """Compare searches with predictions, one column a world."""
     columns = {}
-    for world, search in costs["searches"].items():
-        skill, alone = costs["skill"][world], search["ways"]["alone"]
+    for world, skill in costs["skill"].items():
+        alone = pd.DataFrame(costs["searches"][world]["ways"]["alone"]).mean()
         one, many = (skill[f"predict_{n}_microseconds"] for n in ("one", "many"))
-        seconds = np.mean(alone["seconds"])
-        samples, calls = skill["n_samples"], skill["n_predicted"]
         columns[world] = {
-            "searched alone: rollouts": round(np.mean(alone["evaluations"])),
-            "searched alone: seconds": seconds,
-            f"skill of {samples} samples: seconds to fit": skill["fit_seconds"],
+            "searched alone: rollouts": round(alone["evaluations"]),
+            "searched alone: seconds": alone["seconds"],
+            f"skill of {skill['n_samples']}: seconds to fit": skill["fit_seconds"],
             "predicted: µs": one,
-            f"predicted, {calls} a call: µs each": many,
-            "searched / predicted": round(1e6 * seconds / one["median"]),
+            f"predicted, {skill['n_predicted']} a call: µs each": many,
+            "searched / predicted": round(1e6 * alone["seconds"] / one["median"]),
         }
     return columns
-
-
-def _list_growth(costs: Timings) -> _Columns:
-    """List searches of several tasks, one row a search."""
-    runs = pd.DataFrame(costs["growth"]["runs"]).sort_values(["workers", "n_tasks"])
-    runs = runs.set_index(["workers", "n_tasks"]).rename_axis(["workers", "tasks"])
-    names = {"tasks_per_second": "tasks/s", "evaluations_per_task": "rollouts/task"}
-    return runs.rename(columns=names)[["seconds", *names.values()]]
 
 
 def _list_data(costs: Timings) -> _Columns:
     """Sum up what the tables of searched policies took, one column a world."""
     columns = {}
     for world, search in costs["searches"].items():
-        searched = load_dataset(world).table["evaluations"]
-        rollouts = searched.sum()
-        minutes = rollouts * _rollout_seconds(search["ways"]["lockstep"]) / 60
+        spent = pd.DataFrame(search["ways"]["lockstep"]).sum()
+        rollouts = load_dataset(world).table["evaluations"]
+        minutes = rollouts.sum() * spent["seconds"] / spent["evaluations"] / 60
         columns[world] = {
-            "tasks": len(searched),
-            "rollouts": rollouts,
-            "rollouts/task": rollouts / len(searched),
+            "tasks": len(rollouts),
+            "rollouts": rollouts.sum(),
+            "rollouts/task": rollouts.mean(),
             "minutes of one core": minutes,
         }
     return columns
 
 
-def _list_smce(costs: Timings) -> _Columns:
-    """Compare SMCE with one problem a point."""
-    smce = costs["learners"]["smce"]
-    rows = {
-        f"SMCE, {smce['n_points']} points: seconds to fit": smce["fit_seconds"],
-        "one cvxpy problem a point: seconds": smce["one_by_one_seconds"],
-        "cvxpy / SMCE": smce["one_by_one_over_fit"],
-    }
-    return {"": rows}
-
-
-def _list_fits(costs: Timings) -> _Columns:
-    """List fits of SMCE, one row a number of points and a shape."""
-    fits = pd.DataFrame(costs["learners"]["growth"])
-    fits = fits.rename(columns={"n_points": "points"}).set_index(["shape", "points"])
-    fits["ms a point"] = 1000 * fits["seconds"] / fits.index.get_level_values("points")
-    names = {"peak_mb": "MB, at most", "before_mb": "MB before"}
-    return fits.rename(columns=names)[["seconds", "ms a point", *names.values()]]
-
-
 def _list_skills(costs: Timings) -> _Columns:
-    """Compare skills with other libraries' Gaussian processes, one row a fit of ours."""
-    rows = pd.DataFrame(costs["learners"]["skills"])
-    rows = rows.rename(columns={"n_samples": "samples"})
-    table = rows.set_index(["learner", "samples", "by"]).unstack("by")
-    ours = table.xs("msc", axis=1, level="by")
-    columns: dict[Any, Any] = {}
-    for key, title in (("fit_seconds", "fit (s)"), ("predict_seconds", "predict (s)")):
-        for by in _LIBRARIES:
-            found = (key, by) in table
-            columns[f"{title}, {by}"] = table[key, by] if found else [None] * len(table)
-    for by in [by for by in _LIBRARIES if ("fit_seconds", by) in table][1:]:
-        columns[f"{by} / msc, fit"] = table["fit_seconds", by] / ours["fit_seconds"]
-        apart = ours["log_likelihood"] - table["log_likelihood", by]
-        columns[f"ln p, msc - {by}"] = apart.map("{:+.1f}".format, na_action="ignore")
-    return pd.DataFrame(columns, table.index, dtype=object)
+    """Compare skills with others' Gaussian processes, one row a library's."""
+    skills = _rows(costs["learners"]["skills"], "learner", "samples", "by")
+    skills = skills.sort_index(level="learner", sort_remaining=False, kind="stable")
+    ours = skills.groupby(["learner", "samples"]).transform("first")  # msc comes first
+    ratios = (skills / ours).drop(columns="ln p").add_suffix(" / msc")
+    apart = (skills["ln p"] - ours["ln p"]).round(1) + 0.0
+    return skills.drop(columns="ln p").join(ratios).assign(**{"ln p - msc": apart})
 
 
-_LISTS = {
-    "rollouts": _list_rollouts,
+def _rows(rows: list[dict[str, Any]], *names: str) -> pd.DataFrame:
+    return pd.DataFrame(rows).set_index([*names])
+
+
+_LISTS: dict[str, Callable[[Timings], _Columns]] = {
+    "rollouts": lambda costs: {
+        world: {label: measured[key] for key, label in _RATIOS.items()}
+        for world, measured in costs["rollouts"].items()
+    },
     "searches": _list_searches,
     "tasks": _list_tasks,
-    "growth": _list_growth,
+    "growth": lambda costs: pd.DataFrame(costs["growth"]).set_index(
+        ["workers", "tasks"]
+    ),
     "data": _list_data,
-    "SMCE": _list_smce,
-    "fits": _list_fits,
+    "SMCE": lambda costs: pd.DataFrame(costs["learners"]["fits"]).set_index(
+        ["points", "of"]
+    ),
     "skills": _list_skills,
 }
-
-
-def _draw_ways(axis: Axes, times: Mapping[str, Mapping[str, Any]], unit: str) -> None:
-    """Draw low, middle and high times of ways from below, by world."""
-    look: Any = {"ls": "", "ms": 5, "mec": "white", "mew": 0.5, "elinewidth": 1.2}
-    for number, (world, ways) in enumerate(times.items()):
-        low, middle, high = np.transpose(list(ways.values()))
-        axis.errorbar(
-            middle,
-            np.arange(len(ways)) + 0.24 * (0.5 - number),
-            xerr=np.array([middle - low, high - middle]),
-            label=world,
-            **look,
-            **WORLD_STYLES[world],
-        )
-    axis.set_xscale("log")
-    left, right = axis.get_xlim()
-    ticks = [tick for tick in _TICKS if left <= tick <= right]
-    axis.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
-    axis.set_xticks([], minor=True)
-    axis.set_yticks(range(len(ways)), list(ways))
-    axis.set(ylim=(-0.5, len(ways) - 0.5), xlabel=unit)
