@@ -103,10 +103,8 @@ def plot_benchmark(costs: Timings) -> Figure:
         times = {_WAYS[way]: pd.Series(times[way]) for way in _WAYS if times[way]}
         rollouts = pd.DataFrame(times) / times["raw steps"]["median"]
         _draw_ways(left, world, number, rollouts.loc[["low", "median", "high"]])
-        ways = costs["searches"][world]["ways"]
-        spent = pd.DataFrame(
-            {_SEARCHES[way]: ways[way]["seconds"] for way in _SEARCHES}
-        )
+        by = costs["searches"][world]["ways"]
+        spent = pd.DataFrame({_SEARCHES[way]: by[way]["seconds"] for way in _SEARCHES})
         _draw_ways(right, world, number, spent.quantile([0.1, 0.5, 0.9]))
     left.axvline(ROLLOUT_LIMIT, color="0.3", lw=1, ls="--")
     left.text(ROLLOUT_LIMIT, -0.4, f" {ROLLOUT_LIMIT:g} ×", fontsize=SMALL, va="bottom")
@@ -164,13 +162,12 @@ def plot_fits(costs: Timings) -> Figure:
     axes[1].plot(least.index, slope, color="0.4", ls=":", label="as their number")
     axes[1].legend()
     titles = "fits of regressions (s)", "fits of SMCE (s)", "their memory (MB)"
-    for axis, title, scale in zip(axes, titles, ("log", "log", "linear"), strict=True):
-        axis.set(xscale="log", yscale=scale, xlabel="samples")
+    for axis, title in zip(axes, titles, strict=True):
+        axis.set(xscale="log", yscale="log", xlabel="samples")
         axis.set_title(title, loc="left")
-    axes[2].set_ylim(bottom=0)
-    figure.legend(
-        *axes[0].get_legend_handles_labels(), ncols=3, loc="outside lower left"
-    )
+    axes[2].set(yscale="linear", ylim=0)
+    legend = axes[0].get_legend_handles_labels()
+    figure.legend(*legend, ncols=3, loc="outside lower center")
     return figure
 
 
@@ -186,10 +183,9 @@ def benchmark_table(costs: Timings, what: str) -> pd.DataFrame:
     costs : mapping
         What `load_benchmark` gives.
     what : {"rollouts", "searches", "tasks", "growth", "data", "SMCE", "skills"}
-        Rollouts beside other ways to do them; searches of the same tasks; tasks,
-        searched and predicted; searches of more tasks, by more workers; the tables of
-        searched policies; fits of SMCE, each in a process of its own on one core; fits
-        of skills, with our Gaussian processes and with others'.
+        Rollouts, and searches of tasks, beside other ways to do them; tasks, searched
+        and predicted; searches of more tasks, by more workers; the tables of searched
+        policies; fits of SMCE; skills, with our Gaussian processes and with others'.
 
     Returns
     -------
@@ -233,15 +229,14 @@ def _list_tasks(costs: Timings) -> _Columns:
     """Compare searches with predictions, one column a world."""
     columns = {}
     for world, skill in costs["skill"].items():
-        alone = pd.DataFrame(costs["searches"][world]["ways"]["alone"]).mean()
+        seconds = np.mean(costs["searches"][world]["ways"]["alone"]["seconds"])
         one, many = (skill[f"predict_{n}_microseconds"] for n in ("one", "many"))
         columns[world] = {
-            "searched alone: rollouts": round(alone["evaluations"]),
-            "searched alone: seconds": alone["seconds"],
+            "searched alone: seconds": seconds,
             f"skill of {skill['n_samples']}: seconds to fit": skill["fit_seconds"],
             "predicted: µs": one,
             f"predicted, {skill['n_predicted']} a call: µs each": many,
-            "searched / predicted": round(1e6 * alone["seconds"] / one["median"]),
+            "searched / predicted": round(1e6 * seconds / one["median"]),
         }
     return columns
 
