@@ -16,8 +16,7 @@ from typing import Any
 import mujoco_arm
 import processes
 from learners import measure_fits, measure_skills, measure_smce
-from naive import N_PHYSICS_STEPS
-from rollouts import POPULATION, measure_memory, measure_rollouts
+from rollouts import measure_memory, measure_rollouts
 from searches import measure_circles, measure_searches, measure_skill
 from threadpoolctl import threadpool_limits
 
@@ -102,8 +101,6 @@ def measure(effort: Effort) -> dict[str, Any]:
     free, obstacles = worlds = Workspace.free(), Workspace.obstacles()
     smce = measure_smce(effort.points, effort.learned)
     return {
-        "population": POPULATION,
-        "physics_steps": N_PHYSICS_STEPS,
         "memory": measure_memory(obstacles, effort.populations),
         "rollouts": {w.name: measure_rollouts(w, effort.rounds) for w in worlds},
         "searches": {
