@@ -158,7 +158,7 @@ def plot_fits(costs: Timings) -> Figure:
         axes[1].plot(some["points"], some["seconds"], label=shape, **_look(number))
         axes[2].plot(some["points"], some["MB, at most"], **_look(number))
     least = fits.groupby("points")["seconds"].min()
-    slope = least.iloc[-1] * least.index / least.index[-1]
+    slope = 0.6 * least.iloc[-1] * least.index / least.index[-1]
     axes[1].plot(least.index, slope, color="0.4", ls=":", label="as their number")
     axes[1].legend()
     titles = "fits of regressions (s)", "fits of SMCE (s)", "their memory (MB)"
