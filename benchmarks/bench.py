@@ -14,10 +14,10 @@ from pathlib import Path
 from typing import Any
 
 import mujoco_arm
+import processes
 from learners import measure_fits, measure_skills, measure_smce
-from naive import N_PHYSICS_STEPS
-from rollouts import POPULATION, measure_memory, measure_rollouts
-from searches import measure_growth, measure_searches, measure_skill
+from rollouts import measure_memory, measure_rollouts
+from searches import measure_circles, measure_searches, measure_skill
 from threadpoolctl import threadpool_limits
 
 from msc import Workspace
@@ -35,7 +35,11 @@ PACKAGES = (
     "cma",
     "joblib",
     "mujoco",
+    "GPy",
 )
+
+
+SHOWN = "rollouts", "searches", "tasks", "growth", "SMCE", "skills"
 
 
 @dataclass(frozen=True)
@@ -44,14 +48,19 @@ class Effort:
 
     rounds: int = 40  # of rollouts each way
     populations: int = 300  # while memory is watched
-    tasks: int = 4  # searched one by one, in each world
+    tasks: int = 12  # searched in each world, each way
     starts: int = 3  # of a search
     growth: tuple[int, ...] = (4, 8, 16)  # tasks searched together
     samples: int = 24  # that the skill is fitted to
     charts: int = 4
     points: int = 360  # clustered by SMCE, and one by one
-    fits: tuple[int, ...] = (1000, 3000, 10_000)  # points clustered by SMCE
+    grown: tuple[int, ...] = (1000, 2500, 10_000, 50_000)  # points clustered by SMCE
     learned: int = 5  # rounds of fits
+    fits: tuple[int, ...] = (360, 1000, 2000, 10_000)  # samples of skills
+    most: dict[str, int] = field(
+        default_factory=lambda: {"others": 1000, "across jumps": 2000}
+    )
+    predicted: int = 100_000  # tasks
     search: SearchOptions = field(default_factory=SearchOptions)
 
 
@@ -64,8 +73,11 @@ QUICK = Effort(
     samples=8,
     charts=2,
     points=30,
-    fits=(60,),
+    grown=(60,),
     learned=1,
+    fits=(12, 361),
+    most={"others": 12, "across jumps": 12},
+    predicted=100,
     search=SearchOptions(max_evaluations=45, max_sweeps=0),
 )
 
@@ -87,27 +99,25 @@ def main() -> None:
 def measure(effort: Effort) -> dict[str, Any]:
     """Measure everything; what is compared is interleaved."""
     free, obstacles = worlds = Workspace.free(), Workspace.obstacles()
+    smce = measure_smce(effort.points, effort.learned)
     return {
-        "population": POPULATION,
-        "physics_steps": N_PHYSICS_STEPS,
         "memory": measure_memory(obstacles, effort.populations),
         "rollouts": {w.name: measure_rollouts(w, effort.rounds) for w in worlds},
         "searches": {
             w.name: measure_searches(w, effort.tasks, effort.starts, effort.search)
             for w in worlds
         },
-        "growth": measure_growth(free, effort.growth, effort.starts, effort.search),
+        "growth": measure_circles(free, effort.growth, effort.starts, effort.search),
         "skill": {
             w.name: measure_skill(w, effort.samples, effort.charts, effort.rounds)
             for w in worlds
         },
         "learners": {
-            "smce": measure_smce(effort.points, effort.learned),
-            "fits": measure_fits(effort.fits),
-            "skill": {
-                w.name: measure_skills(w, effort.samples, effort.charts, effort.learned)
-                for w in worlds
-            },
+            "smce": smce,
+            "fits": measure_fits(smce, effort.grown),
+            "skills": measure_skills(
+                effort.fits, effort.most, effort.learned, effort.predicted
+            ),
         },
     }
 
@@ -138,13 +148,15 @@ def show(figures: dict[str, Any]) -> None:
     """Print the tables of the chapter, and what they do not compare."""
     facts = ", ".join(f"{name} {value}" for name, value in figures["machine"].items())
     print(f"\n{facts}\n")
-    for what in ("rollouts", "tasks", "growth", "SMCE", "learners"):
+    for what in SHOWN:
         print(benchmark_table(figures, what).to_string(), end="\n\n")
     memory = figures["memory"]
     print(
         f"memory: {memory['growth_mb']:.1f} MB more after {memory['rollouts']} "
         f"rollouts, of {memory['before_mb']:.0f} MB"
     )
+    if processes.GPy is None:
+        print("GPy is left out; pip install 'msc[gpy]' adds it.")
     if mujoco_arm.rollout is None:
         print("MuJoCo is left out; pip install 'msc[mujoco]' adds it.")
     else:

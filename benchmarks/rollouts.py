@@ -36,8 +36,6 @@ def measure_rollouts(workspace: Workspace, n_rounds: int) -> dict[str, object]:
         "rollouts_per_second": spread(POPULATION / ours),
         "rollout_over_raw_steps": spread(ours / raw),
         "rollout_over_own_steps": spread(ours / own),
-        "naive_over_raw_steps": spread(naive / raw),
-        "floats_over_raw_steps": spread(floats / raw),
         "speedup_over_naive": spread(naive / ours),
         "speedup_over_floats": spread(floats / ours),
         "rollout_over_mujoco": None if mujoco is None else spread(ours / mujoco),

@@ -19,6 +19,7 @@ from msc.plots import (
     plot_curves,
     plot_elbows,
     plot_execution,
+    plot_fits,
     plot_followed,
     plot_generations,
     plot_manifold,
@@ -153,9 +154,8 @@ FIGURES = {
     plot_breaks: lambda: plot_breaks(few_movements(), [(0, 1)] * 6),
     slide_predictions: predictions,
     slide_execution: lambda: slide_execution(experiment(), every=60).poster,
-    plot_benchmark: lambda: plot_benchmark(
-        load_benchmark(), dict(zip(("free", "obstacles"), tables(), strict=True))
-    ),
+    plot_benchmark: lambda: plot_benchmark(load_benchmark()),
+    plot_fits: lambda: plot_fits(load_benchmark()),
     plot_composition: composition,
     plot_sample_sizes: lambda: plot_sample_sizes(
         *results("study"), methods=list(METHOD_STYLES), verdicts=False

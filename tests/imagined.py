@@ -55,10 +55,10 @@ def imagine(right):
     micro = dict.fromkeys(("median", "low", "high"), 1000.0)
     seconds = [5.0, 6.0] if right else [0.05, 0.06]
     results["data/results/bench.json"] = {
-        name: {world: {key: value} for world in ("free", "obstacles")}
-        for name, key, value in (
-            ("searches", "seconds", seconds),
-            ("skill", "predict_one_microseconds", micro),
+        name: dict.fromkeys(("free", "obstacles"), measured)
+        for name, measured in (
+            ("searches", {"ways": {"alone": {"seconds": seconds}}}),
+            ("skill", {"predict_one_microseconds": micro}),
         )
     }
     return results

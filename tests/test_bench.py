@@ -1,5 +1,6 @@
 """The benchmark: that it measures the same work each way, and all that is shown."""
 
+import ast
 import json
 import math
 import subprocess
@@ -9,21 +10,22 @@ from pathlib import Path
 import pytest
 
 from msc import load_dataset
-from msc.plots import benchmark_table, load_benchmark, plot_benchmark
+from msc.plots import benchmark_table, load_benchmark, plot_benchmark, plot_fits
 
-BENCH = Path(__file__).parents[1] / "benchmarks" / "bench.py"
+ROOT = Path(__file__).parents[1]
+BENCH = ROOT / "benchmarks" / "bench.py"
 
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
-    """Run the quick benchmark, away from the repository."""
+    """Run the quick benchmark away from the repository; return figures, text, file."""
     folder = tmp_path_factory.mktemp("bench")
     arguments = [sys.executable, BENCH, "--quick", "--out", folder / "costs.json"]
     result = subprocess.run(
         arguments, cwd=folder, capture_output=True, text=True, check=False
     )
     assert result.returncode == 0, result.stderr
-    return load_benchmark(folder / "costs.json"), result.stdout
+    return load_benchmark(folder / "costs.json"), result.stdout, folder / "costs.json"
 
 
 def leaves(value, name=""):
@@ -44,17 +46,18 @@ def shape(figures):
 
 
 def test_every_figure_is_finite_and_positive(run):
-    figures, _ = run
+    figures, *_ = run
     assert figures["quick"] is True
     measured = {k: v for k, v in figures.items() if k not in ("machine", "quick")}
     for name, value in leaves(measured):
         if isinstance(value, int | float):
             assert math.isfinite(value), name
-            assert value > 0 or name.endswith(("growth_mb", "apart_mm.mujoco")), name
+            signed = "growth_mb", "apart_mm.mujoco", "ln p"
+            assert value > 0 or name.endswith(signed), name
 
 
 def test_other_ways_do_the_same_job(run):
-    figures, _ = run
+    figures, *_ = run
     for measured in figures["rollouts"].values():
         assert measured["apart_mm"]["naive"] < 10
         if measured["apart_mm"]["mujoco"] is not None:
@@ -62,26 +65,53 @@ def test_other_ways_do_the_same_job(run):
 
 
 def test_smce_one_by_one_finds_the_same_optima(run):
-    figures, _ = run
+    figures, *_ = run
     learners = figures["learners"]
     assert learners["smce"]["objectives_apart"] < 1e-6
-    assert learners["fits"][0]["n_points"] == 60
-    assert learners["fits"][0]["peak_mb"] >= learners["fits"][0]["before_mb"]
+    by_cvxpy = learners["fits"][1]
+    assert by_cvxpy["seconds"] == learners["smce"]["one_by_one_seconds"]["median"]
+    shapes = learners["fits"][2:]
+    assert [fit["of"] for fit in shapes] == ["curve", "ring", "sheet"]
+    assert all(fit["MB, at most"] >= fit["MB before"] for fit in shapes)
+
+
+def test_a_search_finds_the_same_in_lock_step_and_alone(run):
+    figures, *_ = run
+    for measured in figures["searches"].values():
+        ways = measured["ways"]
+        for key in ("evaluations", "cost", "first_evaluations", "first_cost"):
+            assert ways["lockstep"][key] == ways["alone"][key]
+        # Whole generations of nine and the last rollout, not what a surrogate leaves.
+        assert {spent % 9 for spent in ways["plain"]["first_evaluations"]} == {0}
+        assert ways["plain"]["cost"] != ways["alone"]["cost"]
+        for way in ("fmin2", "lq_surr2"):  # which have one start
+            assert ways[way]["cost"] == ways[way]["first_cost"]
+
+
+def test_all_processes_are_fitted_to_the_same_targets(run):
+    """A likelihood can be compared only with one of the same data."""
+    likely = {
+        (fit["learner"], fit["samples"], fit["by"]): fit["ln p"]
+        for fit in run[0]["learners"]["skills"]
+    }
+    jumps = "one regression across jumps", 12
+    assert likely[*jumps, "scikit-learn"] == pytest.approx(likely[*jumps, "msc"], abs=1)
+    assert ("four charts, known", 361, "msc") in likely
+    assert ("four charts, known", 361, "scikit-learn") not in likely
 
 
 def test_committed_smce_is_fast_enough():
     learners = load_benchmark()["learners"]
     assert learners["smce"]["n_points"] == 360
     assert learners["smce"]["one_by_one_over_fit"]["median"] > 15
-    largest = learners["fits"][-1]
-    assert largest["n_points"] == 10_000
-    assert largest["seconds"] < 120
-    assert largest["peak_mb"] < 2048
+    (largest,) = (fit for fit in learners["fits"][-3:] if fit["of"] == "curve")
+    assert largest["points"] == 50_000
+    assert largest["MB, at most"] < 2048
 
 
 def test_what_is_printed_is_the_chapters_tables(run):
-    figures, printed = run
-    for what in ("rollouts", "tasks", "growth", "SMCE", "learners"):
+    figures, printed, _ = run
+    for what in ("rollouts", "searches", "tasks", "growth", "SMCE", "skills"):
         assert benchmark_table(figures, what).to_string() in printed
     assert "MuJoCo" in printed.splitlines()[-3]
 
@@ -97,10 +127,52 @@ def test_figure_and_tables_come_from_the_file_alone(run, mujoco):
             "rollout / MuJoCo's, open loop"
         ]
         assert set(labels) == {"left out"}
-    ways, growth = plot_benchmark(figures, {"free": load_dataset("free")[2]}).axes
+    rollouts, searches = plot_benchmark(figures).axes
     n_ways = 6 if figures["rollouts"]["free"]["milliseconds"]["mujoco"] else 5
-    assert len(ways.get_yticks()) == n_ways
-    assert growth.get_ylim()[0] == 0
+    assert len(rollouts.get_yticks()) == n_ways
+    assert len(searches.get_yticks()) == 5
+
+
+def test_fits_are_drawn_beside_what_grows_as_their_number(run):
+    regressions, seconds, memory = plot_fits(run[0]).axes
+    by = {fit["by"] for fit in run[0]["learners"]["skills"]}
+    assert len(regressions.lines) == 3 * len(by)
+    assert [line.get_label() for line in seconds.lines][-1] == "as their number"
+    assert len(memory.lines) == 3
+
+
+def test_ratios_are_to_ours_and_data_are_timed_in_lock_step(run):
+    figures = json.loads(json.dumps(run[0]))
+    for measured in figures["searches"].values():
+        way = measured["ways"]["lockstep"]
+        way["seconds"] = [2.0] * len(way["cost"])
+        way["evaluations"] = [40] * len(way["cost"])
+        measured["ways"]["alone"]["seconds"] = [5.0] * len(way["cost"])
+    rows = benchmark_table(figures, "searches").loc["free"]
+    assert rows.loc["msc, in lock-step", "ms a rollout"] == "50.0"
+    assert rows.loc["msc, one by one", "× lock-step"] == "2.50"
+    counted = load_dataset("free").table["evaluations"].sum()
+    minutes = benchmark_table(figures, "data").loc["minutes of one core", "free"]
+    assert float(minutes.replace(",", "")) == pytest.approx(
+        counted * 0.05 / 60, rel=0.01
+    )
+    skills = benchmark_table(figures, "skills")
+    assert set(skills.xs("msc", level="by")["fit (s) / msc"]) == {"1.00"}
+
+
+def test_the_chapter_shows_whatever_the_benchmark_measured(run):
+    """All its cells, but for what it asserts of a full run."""
+    book = json.loads((ROOT / "book" / "what_it_costs.ipynb").read_text("utf-8"))
+    cells = [cell["source"] for cell in book["cells"] if cell["cell_type"] == "code"]
+    text = "\n".join("".join(lines) for lines in cells)
+    assert text.count("load_benchmark()") == 1
+    tree = ast.parse(
+        text.replace("load_benchmark()", f"load_benchmark({str(run[2])!r})")
+    )
+    tree.body = [line for line in tree.body if not isinstance(line, ast.Assert)]
+    names = {}
+    exec(compile(tree, "what_it_costs", "exec"), names)
+    assert names["costs"] == run[0]
 
 
 def test_committed_figures_are_whole_and_of_a_full_run(run):

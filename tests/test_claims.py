@@ -276,7 +276,7 @@ def test_the_elbow_must_pick_four_mostly(verdict_on):
 
 def test_times_are_joined_over_their_range(verdict_on):
     costs = {
-        "searches": {"free": {"seconds": [4.0, 6.0]}},
+        "searches": {"free": {"ways": {"alone": {"seconds": [4.0, 6.0]}}}},
         "skill": {
             "free": {
                 "predict_one_microseconds": {"median": 1e4, "low": 1e4, "high": 1e4}

@@ -120,7 +120,7 @@ def _column_mean(table: pd.DataFrame, column: str) -> Estimate:
 def _seconds(costs: dict[str, Any], what: str, world: str) -> Estimate:
     """Find what a "search" or a "prediction" takes, with the range that was timed."""
     if what == "search":
-        times = costs["searches"][world]["seconds"]
+        times = costs["searches"][world]["ways"]["alone"]["seconds"]
         return Estimate(sum(times) / len(times), min(times), max(times))
     times = {"prediction": costs["skill"][world]["predict_one_microseconds"]}[what]
     return Estimate(*(times[key] / 1e6 for key in ("median", "low", "high")))

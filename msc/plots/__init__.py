@@ -25,7 +25,8 @@ above, tasks in degrees.
   `slide_execution`, `slide_predictions`, `WEIGHT_NAMES`: skills, and what they predict
 - `plot_sample_sizes`, `plot_sweep`, `comparison_table`, `ratio_table`, `kernel_table`,
   `sets_table`, `gate_shares`, `METHOD_STYLES`: methods against each other
-- `load_benchmark`, `plot_benchmark`, `benchmark_table`, `ROLLOUT_LIMIT`: time, memory
+- `load_benchmark`, `plot_benchmark`, `plot_fits`, `benchmark_table`, `ROLLOUT_LIMIT`:
+  time, memory
 """
 
 from typing import TYPE_CHECKING
@@ -77,6 +78,7 @@ if TYPE_CHECKING:
         benchmark_table,
         load_benchmark,
         plot_benchmark,
+        plot_fits,
     )
     from msc.plots._world import plot_workspaces
 

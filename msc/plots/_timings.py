@@ -7,7 +7,7 @@ from there by the functions below.
 from __future__ import annotations
 
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -18,8 +18,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from msc.data import find_data, load_dataset
-from msc.plots._style import SMALL, WORLD_STYLES, styled
+from msc.plots._style import CHART_MARKERS, SMALL, TRIO, WORLD_STYLES, styled
 from msc.plots._tables import lay_out
+from msc.study import COST_TOLERANCE
 
 ROLLOUT_LIMIT = 2.0  # what a rollout may cost, in units of its bare physics
 
@@ -27,20 +28,27 @@ _RATIOS = {
     "rollouts_per_second": "rollouts a second, one process",
     "rollout_over_raw_steps": "rollout / raw steps",
     "rollout_over_own_steps": "rollout / own steps",
-    "naive_over_raw_steps": "NumPy loop / raw steps",
-    "floats_over_raw_steps": "float loop / raw steps",
     "speedup_over_naive": "NumPy loop / rollout",
     "speedup_over_floats": "float loop / rollout",
     "rollout_over_mujoco": "rollout / MuJoCo's, open loop",
 }
-_WAYS = {
-    "mujoco": "MuJoCo, open loop",
-    "raw_steps": "raw steps",
-    "own_steps": "own steps",
-    "search": "rollout in the search",
-    "floats": "Python loop, floats",
+_WAYS = {  # from below
     "naive": "Python loop, NumPy",
+    "floats": "Python loop, floats",
+    "search": "rollout in the search",
+    "own_steps": "own steps",
+    "raw_steps": "raw steps",
+    "mujoco": "MuJoCo, open loop",
 }
+_SEARCHES = {  # from below
+    "fmin2": "pycma, fmin2",
+    "lq_surr2": "pycma, fmin_lq_surr2",
+    "plain": "before, plain CMA-ES",
+    "alone": "msc, one by one",
+    "lockstep": "msc, in lock-step",
+}
+_LIBRARIES = {"msc": "-", "scikit-learn": "--", "GPy": ":"}
+_TICKS = [base * 10**k for k in range(-2, 4) for base in (1, 2, 5)]
 _PARTS = ["machine", "memory", "rollouts", "searches", "growth", "skill", "learners"]
 Timings = Mapping[str, Any]  # the benchmark's file
 _Columns = Mapping[Any, Any] | pd.DataFrame
@@ -63,12 +71,6 @@ def load_benchmark(path: str | Path | None = None) -> dict[str, Any]:
     ------
     ValueError
         If the file is missing or holds something else.
-
-    Examples
-    --------
-    >>> costs = load_benchmark()
-    >>> sorted(costs["rollouts"])
-    ['free', 'obstacles']
     """
     file = Path(path or find_data() / "results" / "bench.json")
     if not file.is_file():
@@ -81,30 +83,96 @@ def load_benchmark(path: str | Path | None = None) -> dict[str, Any]:
 
 
 @styled
-def plot_benchmark(
-    costs: Timings, tables: Mapping[str, pd.DataFrame] | None = None
-) -> Figure:
-    """Draw what a rollout costs, and how a task's search shrinks among others.
+def plot_benchmark(costs: Timings) -> Figure:
+    """Draw what a rollout and the search of a task cost, each way to do them.
 
     Parameters
     ----------
     costs : mapping
         What `load_benchmark` gives.
-    tables : mapping from str to DataFrame, optional
-        Searched policies of whole worlds, as `load_dataset` gives them.
 
     Returns
     -------
     Figure
-        Left every way to do a rollout in units of its raw steps; right the rollouts
-        that a task takes over the number of tasks searched together.
+        Left a rollout in units of its raw steps; right the seconds of a task. Medians,
+        and where the middle four fifths of rounds and of tasks lie.
     """
-    figure, (ways, growth) = plt.subplots(
-        1, 2, figsize=(7.4, 3.5), width_ratios=(1.15, 1)
-    )
-    _draw_ways(ways, costs)
-    _draw_growth(growth, costs, tables or {})
+    figure, (left, right) = plt.subplots(1, 2, figsize=(7.4, 3.3))
+    for number, world in enumerate(costs["rollouts"]):
+        times = costs["rollouts"][world]["milliseconds"]
+        times = {_WAYS[way]: pd.Series(times[way]) for way in _WAYS if times[way]}
+        rollouts = pd.DataFrame(times) / times["raw steps"]["median"]
+        _draw_ways(left, world, number, rollouts.loc[["low", "median", "high"]])
+        by = costs["searches"][world]["ways"]
+        spent = pd.DataFrame({_SEARCHES[way]: by[way]["seconds"] for way in _SEARCHES})
+        _draw_ways(right, world, number, spent.quantile([0.1, 0.5, 0.9]))
+    left.axvline(ROLLOUT_LIMIT, color="0.3", lw=1, ls="--")
+    left.text(ROLLOUT_LIMIT, -0.4, f" {ROLLOUT_LIMIT:g} ×", fontsize=SMALL, va="bottom")
+    left.set_xlabel("time (multiples of raw steps)")
+    left.set_title("one rollout", loc="left")
+    left.legend()
+    right.set_xlabel("time (s)")
+    right.set_title("one task searched", loc="left")
     return figure
+
+
+def _draw_ways(axis: Axes, world: str, number: int, times: pd.DataFrame) -> None:
+    """Draw a world's low, middle and high times, one column a way, from below."""
+    low, middle, _ = times.to_numpy()
+    place, span = np.arange(len(low)) + 0.24 * (0.5 - number), np.diff(times, axis=0)
+    look: Any = {"ls": "", "ms": 5, "label": world, **WORLD_STYLES[world]}
+    axis.errorbar(middle, place, xerr=span, **look)
+    axis.set_yticks(range(len(low)), times.columns)
+    axis.set(ylim=(-0.5, len(low) - 0.5), xscale="log")
+    start, end = axis.get_xlim()
+    ticks = [tick for tick in _TICKS if start <= tick <= end]
+    axis.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+    axis.set_xticks([], minor=True)
+
+
+@styled
+def plot_fits(costs: Timings) -> Figure:
+    """Draw what learning takes over the number of samples.
+
+    Parameters
+    ----------
+    costs : mapping
+        What `load_benchmark` gives.
+
+    Returns
+    -------
+    Figure
+        From left to right fits of regressions, by this package and by others; fits of
+        SMCE, and dotted what grows as their number; the largest memory of these.
+    """
+    figure, axes = plt.subplots(1, 3, figsize=(7.4, 3.6))
+    skills = pd.DataFrame(costs["learners"]["skills"])
+    names = [name for name in skills["learner"].unique() if "SMCE" not in name]
+    for (name, library), some in skills.groupby(["learner", "by"], sort=False):
+        if name in names:
+            look = {"ls": _LIBRARIES[str(library)], "label": f"{name}, {library}"}
+            look |= _look(names.index(name))
+            axes[0].plot(some["samples"], some["fit (s)"], **look)
+    fits = pd.DataFrame(costs["learners"]["fits"]).dropna()
+    for number, (shape, some) in enumerate(fits.groupby("of")):
+        axes[1].plot(some["points"], some["seconds"], label=shape, **_look(number))
+        axes[2].plot(some["points"], some["MB, at most"], **_look(number))
+    least = fits.groupby("points")["seconds"].min()
+    slope = 0.6 * least.iloc[-1] * least.index / least.index[-1]
+    axes[1].plot(least.index, slope, color="0.4", ls=":", label="as their number")
+    axes[1].legend()
+    titles = "fits of regressions (s)", "fits of SMCE (s)", "their memory (MB)"
+    for axis, title in zip(axes, titles, strict=True):
+        axis.set(xscale="log", yscale="log", xlabel="samples")
+        axis.set_title(title, loc="left")
+    axes[2].set(yscale="linear", ylim=0)
+    legend = axes[0].get_legend_handles_labels()
+    figure.legend(*legend, ncols=3, loc="outside lower center")
+    return figure
+
+
+def _look(number: int) -> dict[str, Any]:
+    return {"color": TRIO[number], "marker": CHART_MARKERS[number], "ms": 4}
 
 
 def benchmark_table(costs: Timings, what: str) -> pd.DataFrame:
@@ -114,11 +182,10 @@ def benchmark_table(costs: Timings, what: str) -> pd.DataFrame:
     ----------
     costs : mapping
         What `load_benchmark` gives.
-    what : {"rollouts", "tasks", "growth", "data", "learners", "SMCE"}
-        Rollouts beside other ways to do them; tasks, searched and predicted; searches
-        of more tasks, by more workers; the tables of searched policies; the skill
-        beside a single regression, and SMCE beside cvxpy; fits of SMCE to more points,
-        each in a process of its own on one core.
+    what : {"rollouts", "searches", "tasks", "growth", "data", "SMCE", "skills"}
+        Rollouts, and searches of tasks, beside other ways to do them; tasks, searched
+        and predicted; searches of more tasks, by more workers; the tables of searched
+        policies; fits of SMCE; skills, with our Gaussian processes and with others'.
 
     Returns
     -------
@@ -130,165 +197,93 @@ def benchmark_table(costs: Timings, what: str) -> pd.DataFrame:
     ------
     ValueError
         If it is something else.
-
-    Examples
-    --------
-    >>> benchmark_table(load_benchmark(), "data").loc["tasks"].tolist()
-    ['360', '360']
     """
     if what not in _LISTS:
         raise ValueError(f"what={what!r}; wanted one of {tuple(_LISTS)}")
     return lay_out(_LISTS[what](costs))
 
 
-def _list_rollouts(costs: Timings) -> _Columns:
-    """Compare rollouts: one row a ratio, one column a world."""
-    return {
-        world: {label: measured[key] for key, label in _RATIOS.items()}
-        for world, measured in costs["rollouts"].items()
-    }
+def _list_searches(costs: Timings) -> _Columns:
+    """Compare searches of the same tasks, one row a world and way."""
+    rows = {}
+    for world, measured in costs["searches"].items():
+        best = np.min([way["cost"] for way in measured["ways"].values()], axis=0)
+        quickest = np.mean(measured["ways"]["lockstep"]["seconds"])
+        for way, name in reversed(_SEARCHES.items()):
+            found = pd.DataFrame(measured["ways"][way])
+            means, dearer = found.mean(), found.div(best, axis=0) - 1
+            rows[world, name] = {
+                "rollouts": round(means["evaluations"]),
+                "of the first start": round(means["first_evaluations"]),
+                "seconds": means["seconds"],
+                "× lock-step": means["seconds"] / quickest,
+                "ms a rollout": 1000 * means["seconds"] / means["evaluations"],
+                "above the least cost": f"{dearer['cost'].mean():.1%}",
+                "first start": f"{dearer['first_cost'].mean():.1%}",
+                "as good": f"{sum(dearer['cost'] <= COST_TOLERANCE)} of {len(best)}",
+            }
+    return pd.DataFrame.from_dict(rows, orient="index")
 
 
 def _list_tasks(costs: Timings) -> _Columns:
     """Compare searches with predictions, one column a world."""
     columns = {}
-    for world, search in costs["searches"].items():
-        skill = costs["skill"][world]
+    for world, skill in costs["skill"].items():
+        seconds = np.mean(costs["searches"][world]["ways"]["alone"]["seconds"])
         one, many = (skill[f"predict_{n}_microseconds"] for n in ("one", "many"))
-        seconds = search["seconds_per_task"]
-        samples, calls = skill["n_samples"], skill["n_predicted"]
         columns[world] = {
-            "searched: rollouts": f"{search['evaluations_per_task']:.0f}",
-            "searched: seconds": seconds,
-            "ms a rollout, CMA-ES included": search["milliseconds_per_evaluation"],
-            f"skill of {samples} samples: seconds to fit": skill["fit_seconds"],
+            "searched alone: seconds": seconds,
+            f"skill of {skill['n_samples']}: seconds to fit": skill["fit_seconds"],
             "predicted: µs": one,
-            f"predicted, {calls} a call: µs each": many,
+            f"predicted, {skill['n_predicted']} a call: µs each": many,
             "searched / predicted": round(1e6 * seconds / one["median"]),
         }
     return columns
-
-
-def _list_growth(costs: Timings) -> _Columns:
-    """List searches of several tasks, one row a search."""
-    runs = pd.DataFrame(costs["growth"]["runs"]).sort_values(["workers", "n_tasks"])
-    runs = runs.set_index(["workers", "n_tasks"]).rename_axis(["workers", "tasks"])
-    names = {"tasks_per_second": "tasks/s", "evaluations_per_task": "rollouts/task"}
-    return runs.rename(columns=names)[["seconds", *names.values()]]
 
 
 def _list_data(costs: Timings) -> _Columns:
     """Sum up what the tables of searched policies took, one column a world."""
     columns = {}
     for world, search in costs["searches"].items():
-        searched = load_dataset(world).table["evaluations"]
-        rollouts = searched.sum()
-        minutes = rollouts * search["milliseconds_per_evaluation"] / 60_000
+        spent = pd.DataFrame(search["ways"]["lockstep"]).sum()
+        rollouts = load_dataset(world).table["evaluations"]
+        minutes = rollouts.sum() * spent["seconds"] / spent["evaluations"] / 60
         columns[world] = {
-            "tasks": len(searched),
-            "rollouts": rollouts,
-            "rollouts/task": rollouts / len(searched),
+            "tasks": len(rollouts),
+            "rollouts": rollouts.sum(),
+            "rollouts/task": rollouts.mean(),
             "minutes of one core": minutes,
         }
     return columns
 
 
-def _list_learners(costs: Timings) -> _Columns:
-    """Compare the skill, and SMCE, with other ways to do the same."""
-    smce = costs["learners"]["smce"]
-    rows = {
-        f"SMCE, {smce['n_points']} points: seconds to fit": smce["fit_seconds"],
-        "one cvxpy problem a point: seconds": smce["one_by_one_seconds"],
-        "cvxpy / SMCE": smce["one_by_one_over_fit"],
-    }
-    for world, skill in costs["learners"]["skill"].items():
-        head = f"{world}, {skill['n_samples']} samples"
-        for step, asked in (("fit", ""), ("predict", f" {skill['n_predicted']}")):
-            task, charts = f"{head}: ms to {step}{asked}", f"{skill['n_charts']} charts"
-            rows[f"{task}, {charts}"] = skill[f"{step}_charts_milliseconds"]
-            rows[f"{task}, single"] = skill[f"{step}_single_milliseconds"]
-            rows[f"{head}: {step}, charts / single"] = skill[
-                f"{step}_charts_over_single"
-            ]
-    return {"": rows}
+def _list_skills(costs: Timings) -> _Columns:
+    """Compare skills with others' Gaussian processes, one row a library's."""
+    skills = _rows(costs["learners"]["skills"], "learner", "samples", "by")
+    skills = skills.sort_index(level="learner", sort_remaining=False, kind="stable")
+    ours = skills.groupby(["learner", "samples"]).transform("first")  # msc comes first
+    ratios = (skills / ours).drop(columns="ln p").add_suffix(" / msc")
+    apart = (skills["ln p"] - ours["ln p"]).round(1) + 0.0
+    return skills.drop(columns="ln p").join(ratios).assign(**{"ln p - msc": apart})
 
 
-def _list_smce(costs: Timings) -> _Columns:
-    """List fits of SMCE, one row a number of points."""
-    fits = pd.DataFrame(costs["learners"]["fits"]).set_index("n_points")
-    fits = fits.rename_axis("points")
-    return {
-        "seconds": fits["seconds"],
-        "ms a point": 1000 * fits["seconds"] / fits.index,
-        "MB, at most": fits["peak_mb"],
-        "MB before": fits["before_mb"],
-    }
+def _rows(rows: list[dict[str, Any]], *names: str) -> pd.DataFrame:
+    return pd.DataFrame(rows).set_index([*names])
 
 
-_LISTS = {
-    "rollouts": _list_rollouts,
+_LISTS: dict[str, Callable[[Timings], _Columns]] = {
+    "rollouts": lambda costs: {
+        world: {label: measured[key] for key, label in _RATIOS.items()}
+        for world, measured in costs["rollouts"].items()
+    },
+    "searches": _list_searches,
     "tasks": _list_tasks,
-    "growth": _list_growth,
+    "growth": lambda costs: pd.DataFrame(costs["growth"]).set_index(
+        ["workers", "tasks"]
+    ),
     "data": _list_data,
-    "learners": _list_learners,
-    "SMCE": _list_smce,
+    "SMCE": lambda costs: pd.DataFrame(costs["learners"]["fits"]).set_index(
+        ["points", "of"]
+    ),
+    "skills": _list_skills,
 }
-
-
-def _draw_ways(axis: Axes, costs: Timings) -> None:
-    """Draw the times of a rollout, medians and the middle four fifths of rounds."""
-    timed = {world: one["milliseconds"] for world, one in costs["rollouts"].items()}
-    ways = [way for way in reversed(_WAYS) if all(one[way] for one in timed.values())]
-    look: Any = {"ls": "", "ms": 5, "mec": "white", "mew": 0.5, "elinewidth": 1.2}
-    for number, (world, times) in enumerate(timed.items()):
-        keys = "low", "median", "high"
-        low, middle, high = (np.array([times[way][k] for way in ways]) for k in keys)
-        raw = times["raw_steps"]["median"]
-        axis.errorbar(
-            middle / raw,
-            np.arange(len(ways)) + 0.24 * (0.5 - number),
-            xerr=np.array([middle - low, high - middle]) / raw,
-            label=world,
-            **look,
-            **WORLD_STYLES[world],
-        )
-    axis.axvline(ROLLOUT_LIMIT, color="0.3", lw=1, ls="--")
-    axis.text(ROLLOUT_LIMIT, -0.4, f" {ROLLOUT_LIMIT:g} ×", fontsize=SMALL, va="bottom")
-    axis.set_xscale("log")
-    left, right = axis.get_xlim()
-    ticks = [tick for tick in (0.5, 1, 2, 5, 10, 20, 50) if left <= tick <= right]
-    axis.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
-    axis.set_xticks([], minor=True)
-    axis.set_yticks(range(len(ways)), [_WAYS[way] for way in ways])
-    axis.set(ylim=(-0.5, len(ways) - 0.5), xlabel="time (multiples of raw steps)")
-    axis.set_title("one rollout", loc="left")
-    axis.legend(loc="upper right")
-
-
-def _draw_growth(
-    axis: Axes, costs: Timings, tables: Mapping[str, pd.DataFrame]
-) -> None:
-    """Draw rollouts per task: alone, in the benchmark's circles, in the tables."""
-    growth = costs["growth"]
-    runs = {(run["n_tasks"], run["evaluations_per_task"]) for run in growth["runs"]}
-
-    def draw(world: str, name: str, *places: Any, **look: Any) -> None:
-        axis.plot(*places, label=f"{world}, {name}", **look, **WORLD_STYLES[world])
-
-    draw(growth["workspace"], "benchmark's circle", *np.transpose(sorted(runs)), ms=5)
-    for world, alone in costs["searches"].items():
-        spent = alone["evaluations_per_task"]
-        draw(world, "one task alone", 1, spent, ls="", mfc="none")
-    for world, table in tables.items():
-        place = len(table), table["evaluations"].mean()
-        draw(world, "the data set", *place, ls="", ms=8, mec="black")
-    counts = sorted({1, *(n for n, _ in runs), *map(len, tables.values())})
-    axis.set_xscale("log")
-    axis.set_xticks(counts, [f"{count}" for count in counts])
-    axis.set_xticks([], minor=True)
-    axis.set(xlabel="tasks searched together", ylabel="rollouts per task")
-    axis.set_title("one task", loc="left")
-    axis.set_ylim(bottom=0)
-    axis.figure.legend(
-        *axis.get_legend_handles_labels(), ncols=3, loc="outside lower right"
-    )
