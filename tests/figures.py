@@ -27,6 +27,7 @@ from msc.plots import (
     plot_quality,
     plot_reconstruction,
     plot_rivals,
+    plot_rollouts_spent,
     plot_sample_sizes,
     plot_sweep,
     plot_tasks,
@@ -107,8 +108,8 @@ def weights():
         return slide_weight(arm, np.zeros(6), 60, 1, [-30, 0, 30]).poster
 
 
-def recordings():
-    brief = SearchOptions(max_evaluations=170)
+def recordings(**options):
+    brief = SearchOptions(max_evaluations=170, **options)
     return record_search(Workspace.obstacles(), 120, seed=3, n_starts=2, options=brief)
 
 
@@ -162,6 +163,9 @@ FIGURES = {
     ),
     plot_sweep: lambda: plot_sweep(*results("study"), measures=["mse, gate learned"]),
     slide_weight: weights,
+    plot_rollouts_spent: lambda: plot_rollouts_spent(
+        recordings(), recordings(agreement=2)
+    ),
     plot_generations: lambda: plot_generations(
         Workspace.obstacles(), 120, recordings(), shown=(1, 5, 10)
     ),

@@ -35,6 +35,7 @@ Array = NDArray[np.float64]
 _CLOSE = 1e-4  # of log length scales: as good as equal
 _FLAT = 1e-6  # differences of a log likelihood that says nothing
 _ROUNDS = 30  # of the search, at most
+_HOPELESS = 100.0  # log likelihoods: not looked for beyond, if it gets worse
 _NEAR = 2.0  # log likelihoods: a second best optimum may turn out the best
 _CELL = 0.16  # of log length scales: how close one looks where it is likely
 _END = 0.05  # how far from an end of the search a least within is sought
@@ -80,9 +81,9 @@ def gaussian_process(kernel: str = "squared exponential") -> GaussianProcess:
     Hyper-parameters maximise the marginal likelihood. With one decomposition of the
     kernel's matrix, the best amplitude and noise of a length scale cost next to
     nothing, so that only the length scale is sought: on a grid from 0.2 over 0.7 to
-    2.5, outwards as long as the likelihood changes, then nearer and nearer to where
-    curves through these are highest. Nothing is random. Each kernel falls off over
-    about one length scale, so that bounds and starts serve all three alike.
+    2.5, outwards until the likelihood changes no more or is hopeless, then nearer and
+    nearer to where curves through these are highest. Nothing is random. Each kernel
+    falls off over about one length scale, so that bounds and starts serve all three.
 
     The matrix of a smooth kernel on few task dimensions has few eigenvalues that are
     not lost in rounding (on a turn some 13 over the length scale), however many tasks
@@ -351,7 +352,12 @@ def _search(look: Callable[[float], tuple[float, Any]], low: float, high: float)
     for at in grid:
         value(at)
     for path in ([*grid[1::-1]], [*grid[-2:]]):  # outwards, until nothing changes
-        while abs(value(path[-1]) - value(path[-2])) > _FLAT and low < path[-1] < high:
+        while True:
+            before, here = map(value, path[-2:])
+            hopeless = max(before, min(map(value, known)) + _HOPELESS) < here
+            at_end = not low < path[-1] < high
+            if hopeless or at_end or abs(here - before) <= _FLAT:
+                break
             path.append(np.clip(2 * path[-1] - path[-2], low, high))
     for _ in range(_ROUNDS):
         x = np.sort([*known])
