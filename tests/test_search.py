@@ -219,11 +219,19 @@ def test_a_run_that_looks_farther_in_one_direction_is_not_near(share, merged_int
     assert found.merged_into == merged_into
 
 
-@pytest.mark.parametrize(("paid", "evaluations"), [(0.49, 27), (0.51, 45)])
-def test_a_run_twice_as_dear_as_a_known_one_is_given_up(paid, evaluations):
-    known = CmaRun("a", 9 * rough, paid, 9), CmaRun("b", -9 * rough, 5.0, 9)
-    found = run(rough, known, options=replace(brief, patience=20))
-    assert found.cost == pytest.approx(1, abs=0.01)
+@pytest.mark.parametrize(("paid", "evaluations"), [(39.0, 99), (41.0, 126)])
+def test_a_run_that_would_not_catch_up_at_its_pace_is_given_up(paid, evaluations):
+    best = iter(range(100, 0, -1))  # one less each generation: 90 after the eleventh
+
+    def costs(policies):
+        return next(best) + np.arange(len(policies)) / 100
+
+    known = CmaRun("a", 9 * rough, paid, 9), CmaRun("b", -9 * rough, 99.0, 9)
+    options = SearchOptions(
+        agreement=2.0, max_evaluations=120, stalled=10, patience=5.0
+    )
+    rng = np.random.default_rng(0)
+    found = minimize(costs, rough, 1.0, rng, np.eye(6), known=known, options=options)
     assert (found.merged_into, found.evaluations) == (-1, evaluations)
 
 

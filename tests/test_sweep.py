@@ -177,7 +177,7 @@ def test_tasks_five_degrees_apart_are_searched_first(n_tasks, n_first, monkeypat
     coarse = range(0, n_tasks, n_tasks // 72)
     fine = sorted(set(range(n_tasks)) - set(coarse))
     first, rest = search.calls[:n_first], search.calls[n_first:]
-    assert first == [(k, [], 3, False) for k in coarse]
+    assert first == [(k, [], 2, False) for k in coarse]
     assert {call[0] for call in rest[:n_first]} == set(coarse)
     new = [call for call in rest if not call[3]]
     assert new == [(k, [0, 0], 1, False) for k in fine]
@@ -197,7 +197,13 @@ def test_more_starts_are_spent_until_one_confirms(monkeypatch):
     monkeypatch.setattr(msc.search._sweep, "search_steps", search)
     options = SearchOptions(coarse_deg=180.0, max_sweeps=0)
     table = search_tasks(replace(plan, n_starts=3, options=options))
-    assert search.calls[2:] == [
+    assert search.calls[:4] == [
+        (0, [], 2, False),  # its starts find basins 0 and 1
+        (0, [], 1, True),  # and start 2, the last, basin 2
+        (2, [], 2, False),
+        (2, [], 1, True),
+    ]
+    assert search.calls[4:] == [
         (1, [0, 0], 1, False),  # its start 0 finds basin 1
         (1, [], 1, True),  # start 1 basin 2
         (1, [], 1, True),  # and start 2, the last, basin 0
