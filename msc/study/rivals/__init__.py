@@ -2,6 +2,11 @@
 
 They follow scikit-learn's conventions as `msc.learn` does, and may take the `cost` of
 each policy besides. `msc.study.methods` lists all that are compared.
+
+The paper's section V
+    `CrKR`
+Knowing how movements end
+    `GoalProjected`
 """
 
 from typing import TYPE_CHECKING
@@ -10,5 +15,6 @@ from press import face
 
 if TYPE_CHECKING:
     from msc.study.rivals._crkr import CrKR
+    from msc.study.rivals._projection import GoalProjected
 
 __all__, __getattr__, __dir__ = face(__name__, __file__)
