@@ -4,7 +4,8 @@ They follow scikit-learn's conventions as `msc.learn` does, and may take the `co
 each policy besides. `msc.study.methods` lists all that are compared.
 
 The paper's section V
-    `CrKR`; `isomap_skill` on the charts of `NeighbourComponents`
+    `CrKR`; `isomap_skill` on the charts of `NeighbourComponents`; `MovementMixture`;
+    `InvertedSweep`
 Knowing how movements end
     `GoalProjected`
 How hyper-parameters are chosen
@@ -18,7 +19,9 @@ from press import face
 if TYPE_CHECKING:
     from msc.study.rivals._components import NeighbourComponents, isomap_skill
     from msc.study.rivals._crkr import CrKR
+    from msc.study.rivals._mixture import MovementMixture
     from msc.study.rivals._projection import GoalProjected
+    from msc.study.rivals._sweep import InvertedSweep
     from msc.study.rivals._tuning import N_FOLDS, N_TRIALS, RANGES, tune
 
 __all__, __getattr__, __dir__ = face(__name__, __file__)
