@@ -38,7 +38,9 @@ ONLY_IN = {
     "pybullet_utils": "msc.robot._bullet",
     "cma": "msc.search._cmaes",
 }
-KNOWS_GOALS = {"msc.study.rivals._projection"}  # rivals that ask how movements end
+KNOWS_GOALS = {  # rivals that ask how movements end
+    f"msc.study.rivals.{name}" for name in ("_option", "_projection", "_promp")
+}
 IMPORTS = ast.Import, ast.ImportFrom
 OTHER_OPEN = {"Image.open", "os.open", "self._open", "webbrowser.open"}  # of no text
 
