@@ -5,9 +5,9 @@ each policy besides. `msc.study.methods` lists all that are compared.
 
 The paper's section V
     `CrKR`; `isomap_skill` on the charts of `NeighbourComponents`; `MovementMixture`;
-    `InvertedSweep`
+    `InvertedSweep`; `StoppedMovement`, which plans movements and predicts no policies
 Knowing how movements end
-    `GoalProjected`
+    `GoalProjected`; `ConditionedProMP`
 How hyper-parameters are chosen
     `tune`, by `RANGES`, `N_TRIALS` and `N_FOLDS`
 """
@@ -20,7 +20,9 @@ if TYPE_CHECKING:
     from msc.study.rivals._components import NeighbourComponents, isomap_skill
     from msc.study.rivals._crkr import CrKR
     from msc.study.rivals._mixture import MovementMixture
+    from msc.study.rivals._option import StoppedMovement
     from msc.study.rivals._projection import GoalProjected
+    from msc.study.rivals._promp import ConditionedProMP
     from msc.study.rivals._sweep import InvertedSweep
     from msc.study.rivals._tuning import N_FOLDS, N_TRIALS, RANGES, tune
 
