@@ -8,6 +8,8 @@ The paper's section V
     `InvertedSweep`; `StoppedMovement`, which plans movements and predicts no policies
 Knowing how movements end
     `GoalProjected`; `ConditionedProMP`
+What one would try today
+    `ChangePointProcess`
 How hyper-parameters are chosen
     `tune`, by `RANGES`, `N_TRIALS` and `N_FOLDS`
 """
@@ -17,6 +19,7 @@ from typing import TYPE_CHECKING
 from press import face
 
 if TYPE_CHECKING:
+    from msc.study.rivals._changepoints import ChangePointProcess
     from msc.study.rivals._components import NeighbourComponents, isomap_skill
     from msc.study.rivals._crkr import CrKR
     from msc.study.rivals._mixture import MovementMixture
