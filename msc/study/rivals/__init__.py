@@ -9,7 +9,7 @@ The paper's section V
 Knowing how movements end
     `GoalProjected`; `ConditionedProMP`
 What one would try today
-    `ChangePointProcess`
+    `todays_methods`, among them `ChangePointProcess`
 How hyper-parameters are chosen
     `tune`, by `RANGES`, `N_TRIALS` and `N_FOLDS`
 """
@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from msc.study.rivals._projection import GoalProjected
     from msc.study.rivals._promp import ConditionedProMP
     from msc.study.rivals._sweep import InvertedSweep
+    from msc.study.rivals._today import todays_methods
     from msc.study.rivals._tuning import N_FOLDS, N_TRIALS, RANGES, tune
 
 __all__, __getattr__, __dir__ = face(__name__, __file__)

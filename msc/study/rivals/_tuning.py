@@ -49,7 +49,7 @@ RANGES: dict[str, dict[str, list[Any]]] = {
     },
     "random forest": {
         "min_samples_leaf": [1, 2, 3, 5],
-        "max_samples": [0.5, 0.8, None],
+        "bootstrap": [True, False],
     },
     "gradient boosting": {
         "n_estimators": [30, 60, 120],
