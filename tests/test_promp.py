@@ -83,7 +83,7 @@ def test_the_policy_is_the_likeliest_of_those_that_reach_the_goal(model):
 
 
 def test_it_is_the_paper_s_conditioning_of_a_noisy_end_as_noise_vanishes(model):
-    """Eq. 5 and 6 of Paraschos and others, with a variance of the wanted end."""
+    """As in Paraschos and others, with a variance of the wanted end."""
     ends = (place(np.eye(8), 1.0) - start).T
     seen = np.vstack([ends, np.eye(8)[[0, 4]]])
     spread = model.covariance_ @ seen.T

@@ -57,7 +57,7 @@ class ChangePointProcess(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
     ----------
     .. [1] R. Garnett, M. A. Osborne, S. Reece, A. Rogers and S. J. Roberts, "Sequential
        Bayesian prediction in the presence of changepoints and faults", The Computer
-       Journal 53, 2010, section 4.
+       Journal 53, 2010.
     .. [2] P. Fearnhead, "Exact and efficient Bayesian inference for multiple
        changepoint problems", Statistics and Computing 16, 2006.
 

@@ -127,9 +127,9 @@ def isomap_skill(random_state: RandomState = None) -> ParameterizedSkill:
     As in [1]_: the policies of solved tasks lie on a manifold in pieces, ISOMAP tells
     how many, a classifier tells from a task to which of them its policy belongs, and
     on each piece every policy parameter has a nonlinear regression of its own from the
-    task. The classifier is a support vector machine, the regressions support vector
-    regression, both with Gaussian kernels. It assumes that pieces lie farther apart
-    than neighbours on one piece do.
+    task. Here the classifier is a support vector machine, the regressions are support
+    vector regressions, both with Gaussian kernels. It assumes that pieces lie farther
+    apart than neighbours on one piece do.
 
     Adapted: the number of neighbours of ISOMAP's graph is chosen as
     `NeighbourComponents` does, kernels and slacks by cross-validation on the training

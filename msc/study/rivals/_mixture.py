@@ -40,7 +40,7 @@ class MovementMixture(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type:
     Notes
     -----
     As in [1]_ a movement is the mean of the stored ones, weighted by a gating network
-    of exponential form that sees the task x::
+    that sees the task x; here it is::
 
         policy(x) = sum_i g_i(x) policy_i / sum_i g_i(x)
         g_i(x) = exp(v_i' f(x))
