@@ -232,16 +232,19 @@ def fit_together(
         bounds = np.column_stack([first.kernel.theta] * 2)
     box = np.exp(bounds)[[0, 2]] + [[0.0], [first.alpha]]  # alpha adds to the noise
 
-    mean, spread = Y.mean(axis=0), Y.std(axis=0)
+    # Target by target, each a row: sums and products round as shapes have it.
+    targets = np.ascontiguousarray(Y.T)
+    mean, spread = targets.mean(axis=1), targets.std(axis=1)
     spread[spread == 0.0] = 1.0
-    targets = (Y - mean) / spread
+    targets = (targets - mean[:, None]) / spread[:, None]
 
     @cache
     def look(at: float) -> tuple[_Eigen, Array, Array, Array, Array]:
         eigen = _decompose(first.kernel.k1.k2.clone_with_theta([at]), X)
-        z = eigen.vectors.T @ targets
-        rest = ((targets - eigen.vectors @ z) ** 2).sum(axis=0)
-        found = _profile(eigen.values, z**2, rest, len(X), box, shared=shared)
+        z = np.array([eigen.vectors.T @ y for y in targets])
+        apart = [y - eigen.vectors @ one for y, one in zip(targets, z, strict=True)]
+        rest = (np.array(apart) ** 2).sum(axis=1)
+        found = _profile(eigen.values, z.T**2, rest, len(X), box, shared=shared)
         return eigen, z, *found
 
     def unlikely_at(at: float, some: slice) -> float:
@@ -256,11 +259,11 @@ def fit_together(
         theta = [np.log(amplitude[k]), at, np.log(noise)]
         process.kernel_ = first.kernel.clone_with_theta(np.clip(theta, *bounds.T))
         process.log_marginal_likelihood_value_ = -float(unlikely[k])
-        process.X_train_, process.y_train_ = X, targets[:, k]
+        process.X_train_, process.y_train_ = X, targets[k]
         process._y_train_mean, process._y_train_std = mean[k], spread[k]
         process._eigen, process._ratio = eigen, ratio[k]
         process._damped = eigen.values + ratio[k]
-        process._weights = z[:, k] / process._damped
+        process._weights = z[k] / process._damped
         process.n_features_in_ = X.shape[1]
     return processes
 
