@@ -3,10 +3,12 @@ import pandas as pd
 import pytest
 from imagined import imagine_table
 
-from msc import Arm
+import msc.study._trial
+from msc import Arm, Workspace
 from msc.data import WEIGHTS, save_table
+from msc.robot import cached_arm
 from msc.search import cost
-from msc.study import TEST_SUBSETS, Experiment
+from msc.study import TEST_SUBSETS, Experiment, execute_policies
 
 GRID, TEST = np.arange(0, 360, 15.0), np.array([5.0, 95.0, 170.0, 200.0, 292.0])
 METHODS = ["charts", "single regression", "CrKr", "nearest neighbour"]
@@ -181,6 +183,31 @@ def test_predicted_policies_are_executed(experiment):
         excess = [cost(rollout) for rollout in rollouts] - (0.1 + TEST / 1000)
         np.testing.assert_allclose(rows["excess_cost"], excess, rtol=1e-6)
         assert not rows["touched"].any()
+
+
+def test_what_is_predicted_again_is_not_executed_again(monkeypatch):
+    world, table = Workspace.free(), pd.DataFrame({"task_deg": [10, 20, 10, 10.0]})
+    table["cost"] = [0.1, 0.2, 0.3, 0.1]
+    policies = np.random.default_rng(8).normal(size=(4, 6))
+    policies[2] = policies[0]
+    with Arm(world) as arm:
+        wanted = [100 * one.error for one in arm.execute_many(policies, table.task_deg)]
+    asked = []
+
+    class Counted:
+        def execute_many(self, rows, angles):
+            asked.append(len(rows))
+            return cached_arm(world).execute_many(rows, angles)
+
+    monkeypatch.setattr(msc.study._trial, "cached_arm", lambda _: Counted())
+    once = execute_policies(world, policies, table)
+    again = execute_policies(world, policies[::-1], table[::-1])
+    other = execute_policies(Workspace.obstacles(), policies, table)
+    assert asked == [3, 0, 3]
+    np.testing.assert_array_equal(once["error_cm"], wanted)
+    np.testing.assert_array_equal(again["error_cm"], wanted[::-1])
+    assert once["excess_cost"][0] - once["excess_cost"][2] == pytest.approx(0.2)
+    assert other["touched"].dtype == bool
 
 
 def test_a_column_is_spread_over_the_methods(experiment):

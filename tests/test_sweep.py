@@ -5,6 +5,7 @@ import sys
 import time
 from contextlib import suppress
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 import pytest
@@ -169,18 +170,22 @@ def test_a_winner_from_next_door_is_named_so(monkeypatch):
     assert winners == ["start 0", "task before", "start 0", "task after"]
 
 
-@pytest.mark.parametrize(("n_tasks", "n_first"), [(72, 72), (144, 72), (145, 73)])
-def test_tasks_five_degrees_apart_are_searched_first(n_tasks, n_first, monkeypatch):
+@pytest.mark.parametrize(
+    ("n_tasks", "strides"),
+    [(36, [1]), (72, [2, 1]), (108, [3, 1]), (145, [4, 2, 1]), (360, [10, 5, 1])],
+)
+def test_tasks_ten_degrees_apart_are_searched_first(n_tasks, strides, monkeypatch):
     search = made_up_search(np.ones((n_tasks, 1)))
     monkeypatch.setattr(msc.search._sweep, "search_steps", search)
     search_tasks(replace(plan, tasks_deg=grid(n_tasks), n_starts=3))
-    coarse = range(0, n_tasks, n_tasks // 72)
-    fine = sorted(set(range(n_tasks)) - set(coarse))
-    first, rest = search.calls[:n_first], search.calls[n_first:]
-    assert first == [(k, [], 2, False) for k in coarse]
-    assert {call[0] for call in rest[:n_first]} == set(coarse)
-    new = [call for call in rest if not call[3]]
-    assert new == [(k, [0, 0], 1, False) for k in fine]
+    levels = [set(range(0, n_tasks, stride)) for stride in strides]
+    expected = [(k, [], 2, False) for k in sorted(levels[0])]
+    for coarse, fine in pairwise(levels):
+        expected += [(k, [0, 0], 1, False) for k in sorted(fine - coarse)]
+    new = [call for call in search.calls if not call[3]]
+    assert new == expected
+    again = search.calls[len(levels[0]) :][: len(levels[0])]
+    assert {call[0] for call in again} == levels[0]  # before the next level
 
 
 def test_tasks_between_start_from_what_was_made_consistent(monkeypatch):
@@ -205,12 +210,11 @@ def test_more_starts_are_spent_until_one_confirms(monkeypatch):
     ]
     assert search.calls[4:] == [
         (1, [0, 0], 1, False),  # its start 0 finds basin 1
-        (1, [], 1, True),  # start 1 basin 2
-        (1, [], 1, True),  # and start 2, the last, basin 0
+        (1, [], 1, True),  # and start 1, the last, basin 2
         (3, [0, 0], 1, False),  # its start 0 finds basin 0 as well
     ]
-    assert table["starts"].tolist() == [3, 5, 3, 3]
-    assert table["starts_agreeing"].tolist() == [1, 3, 1, 3]
+    assert table["starts"].tolist() == [3, 4, 3, 3]
+    assert table["starts_agreeing"].tolist() == [1, 2, 1, 3]
     np.testing.assert_array_equal(table["margin"], [1, 1, 1, np.nan])
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Callable
-from functools import cache
+from functools import cache, partial
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -232,35 +232,39 @@ def fit_together(
         bounds = np.column_stack([first.kernel.theta] * 2)
     box = np.exp(bounds)[[0, 2]] + [[0.0], [first.alpha]]  # alpha adds to the noise
 
+    # Target by target, each a row: sums and products round as shapes have it.
+    targets = np.ascontiguousarray(Y.T)
+    mean, spread = targets.mean(axis=1), targets.std(axis=1)
+    spread[spread == 0.0] = 1.0
+    targets = (targets - mean[:, None]) / spread[:, None]
+
     @cache
-    def decompose(at: float) -> _Eigen:
-        return _decompose(first.kernel.k1.k2.clone_with_theta([at]), X)
+    def look(at: float) -> tuple[_Eigen, Array, Array, Array, Array]:
+        eigen = _decompose(first.kernel.k1.k2.clone_with_theta([at]), X)
+        z = np.array([eigen.vectors.T @ y for y in targets])
+        apart = [y - eigen.vectors @ one for y, one in zip(targets, z, strict=True)]
+        rest = (np.array(apart) ** 2).sum(axis=1)
+        found = _profile(eigen.values, z.T**2, rest, len(X), box, shared=shared)
+        return eigen, z, *found
 
-    every = [*range(len(processes))]
-    for some in [every] if shared else [[k] for k in every]:
-        mean, spread = Y[:, some].mean(axis=0), Y[:, some].std(axis=0)
-        spread[spread == 0.0] = 1.0
-        targets = (Y[:, some] - mean) / spread
+    def unlikely_at(at: float, some: slice) -> float:
+        return float(look(at)[2][some].sum())
 
-        def look(at: float, targets: Array = targets) -> tuple[float, tuple[Any, ...]]:
-            eigen = decompose(at)
-            z = eigen.vectors.T @ targets
-            rest = ((targets - eigen.vectors @ z) ** 2).sum(axis=0)
-            unlikely, *found = _profile(eigen.values, z**2, rest, len(X), box)
-            return unlikely.sum(), (at, eigen, unlikely, z, *found)
-
-        at, eigen, unlikely, z, amplitude, ratio = _search(look, *bounds[1])
-        for i, process in enumerate(processes[k] for k in some):
-            noise = ratio * amplitude[i] - first.alpha
-            theta = [np.log(amplitude[i]), at, np.log(noise)]
-            process.kernel_ = first.kernel.clone_with_theta(np.clip(theta, *bounds.T))
-            process.log_marginal_likelihood_value_ = -float(unlikely[i])
-            process.X_train_, process.y_train_ = X, targets[:, i]
-            process._y_train_mean, process._y_train_std = mean[i], spread[i]
-            process._eigen, process._ratio = eigen, ratio
-            process._damped = eigen.values + ratio
-            process._weights = z[:, i] / process._damped
-            process.n_features_in_ = X.shape[1]
+    for k, process in enumerate(processes):
+        if k == 0 or not shared:
+            some = slice(None) if shared else slice(k, k + 1)
+            at = _search(partial(unlikely_at, some=some), *bounds[1])
+        eigen, z, unlikely, amplitude, ratio = look(at)
+        noise = ratio[k] * amplitude[k] - first.alpha
+        theta = [np.log(amplitude[k]), at, np.log(noise)]
+        process.kernel_ = first.kernel.clone_with_theta(np.clip(theta, *bounds.T))
+        process.log_marginal_likelihood_value_ = -float(unlikely[k])
+        process.X_train_, process.y_train_ = X, targets[k]
+        process._y_train_mean, process._y_train_std = mean[k], spread[k]
+        process._eigen, process._ratio = eigen, ratio[k]
+        process._damped = eigen.values + ratio[k]
+        process._weights = z[k] / process._damped
+        process.n_features_in_ = X.shape[1]
     return processes
 
 
@@ -298,7 +302,13 @@ def _decompose(kernel: Kernel, X: Array) -> _Eigen:
 
 
 def _profile(
-    values: Array, squares: Array, rest: Array, n_tasks: int, box: Array
+    values: Array,
+    squares: Array,
+    rest: Array,
+    n_tasks: int,
+    box: Array,
+    *,
+    shared: bool,
 ) -> tuple[Array, Array, Array]:
     """Return -log p of targets at its least, and there amplitudes and ratio of noise.
 
@@ -317,33 +327,36 @@ def _profile(
     (least, most), (quiet, loud) = box
     low, high = np.log(quiet / most), np.log(loud / least)
     step = (high - low) / (_RATIOS - 1)
-    tried = np.linspace(low, high, _RATIOS)
+    tried = np.linspace(low, high, _RATIOS)[:, None]
+    columns = np.arange(squares.shape[1])
     for _ in range(6):  # with ratios around the best one, each time closer
-        ratio = np.exp(tried)[:, None]  # a row each, a column a target
-        damped = values + ratio
+        ratio = np.exp(tried)  # a row each, a column a target, or one for all
+        damped = values[:, None, None] + ratio
         with np.errstate(invalid="ignore"):  # indefinite: as unlikely as can be
-            log_det = np.log(damped).sum(axis=1) + (n_tasks - len(values)) * tried
-        total = (1 / damped) @ squares + rest / ratio  # S
+            log_det = np.log(damped).sum(axis=0) + (n_tasks - len(values)) * tried
+        total = (squares[:, None] / damped).sum(axis=0) + rest / ratio  # S
         bounds = np.maximum(least, quiet / ratio), np.minimum(most, loud / ratio)
         amplitude = np.clip(total / n_tasks, *bounds)
         unlikely = n_tasks * np.log(2 * np.pi * amplitude) + total / amplitude
-        unlikely = (unlikely + log_det[:, None]) / 2
-        unlikely[np.isnan(log_det)] = np.inf
-        i = unlikely.sum(axis=1).argmin()
-        best = unlikely[i], amplitude[i], ratio[i, 0]
-        tried = np.clip(tried[i] + step * np.linspace(-1, 1, 17), low, high)
+        unlikely = (unlikely + log_det) / 2
+        unlikely[np.isnan(unlikely)] = np.inf
+        ranked = unlikely.sum(axis=1, keepdims=True) if shared else unlikely
+        at = ranked.argmin(axis=0), columns
+        best = unlikely[at], amplitude[at], np.broadcast_to(ratio, unlikely.shape)[at]
+        nearer = step * np.linspace(-1, 1, 17)[:, None]
+        tried = np.clip(np.log(best[2][: ranked.shape[1]]) + nearer, low, high)
         step /= 8
     return best
 
 
-def _search(look: Callable[[float], tuple[float, Any]], low: float, high: float) -> Any:
-    """Return what is found where a function of the log length scale is least."""
-    known: dict[float, tuple[float, Any]] = {}
+def _search(look: Callable[[float], float], low: float, high: float) -> float:
+    """Return where a function of the log length scale is least."""
+    known: dict[float, float] = {}
 
     def value(at: float) -> float:
         if at not in known:
             known[at] = look(at)
-        return known[at][0]
+        return known[at]
 
     first, last = np.clip(np.log([LENGTH_SCALES[0], LENGTH_SCALES[-1]]), low, high)
     if first == last:  # other bounds, or none
@@ -354,7 +367,7 @@ def _search(look: Callable[[float], tuple[float, Any]], low: float, high: float)
     for path in ([*grid[1::-1]], [*grid[-2:]]):  # outwards, until nothing changes
         while True:
             before, here = map(value, path[-2:])
-            hopeless = max(before, min(map(value, known)) + _HOPELESS) < here
+            hopeless = max(before, min(known.values()) + _HOPELESS) < here
             at_end = not low < path[-1] < high
             if hopeless or at_end or abs(here - before) <= _FLAT:
                 break
@@ -371,7 +384,7 @@ def _search(look: Callable[[float], tuple[float, Any]], low: float, high: float)
             break
         for at in wanted:
             value(at)
-    return min(known.values(), key=lambda found: found[0])[1]
+    return min(known, key=value)
 
 
 def _valleys(x: Array, y: Array) -> list[tuple[float, float]]:

@@ -51,7 +51,7 @@ class SearchOptions:
     same : float, default=0.01
         A run that ends nearer than this share to the best policy has found it too, and
         neighbours are told of one that is farther from what they knew.
-    coarse_deg : float, default=5.0
+    coarse_deg : float, default=10.0
         Degrees between the tasks that are searched first, without a neighbour's policy:
         far fewer than tasks, and dense enough that each way to move is met.
     max_sweeps : int, default=24
@@ -79,7 +79,7 @@ class SearchOptions:
     gain: float = 1e-5
     near: float = 0.05
     same: float = 0.01
-    coarse_deg: float = 5.0
+    coarse_deg: float = 10.0
     max_sweeps: int = 24
 
     def __post_init__(self) -> None:

@@ -1,8 +1,8 @@
 """The search of many tasks: parallel, resumable, the same whatever the workers.
 
-From coarse to fine: first tasks about five degrees apart, from two independent starts
-each, then those between, from the policies on either side and an independent start;
-either from more starts until two agree on what was found. After either, the consistency
+From coarse to fine: first tasks about ten degrees apart, from two independent starts
+each, then those between, from the policies on either side and an independent start; all
+from more starts until two agree on what was found. After each level, the consistency
 pass: tasks in even places, then those in odd places, are searched again from their
 neighbours' policies, keeping whatever costs least, until no behaviour spreads any
 further. The pass only lowers costs, and its order does not depend on which worker is
@@ -52,7 +52,7 @@ class SweepPlan:
     seed : int
         Seed of every draw.
     n_starts : int
-        Independent starts a task, at most: all where no neighbour is known.
+        Independent starts a task, at most; one fewer where neighbours are known.
     guide : tuple of (float, tuple of float)
         Tasks and policies found earlier: neighbours that are known from the beginning.
     options : SearchOptions
@@ -138,7 +138,10 @@ def search_tasks(
     """
     tasks, n_tasks = plan.tasks_deg, len(plan.tasks_deg)
     stride = 1 if plan.guide else max(1, round(plan.options.coarse_deg * n_tasks / 360))
-    levels = [range(0, n_tasks, step) for step in sorted({stride, 1}, reverse=True)]
+    strides = [stride]
+    while strides[-1] > 1:  # 10, 5, 1: the tasks of a level are among those of the next
+        strides.append(1 if strides[-1] % 2 else strides[-1] // 2)
+    levels = [range(0, n_tasks, stride) for stride in strides]
     results: dict[int, SearchResult] = {}
     with (
         open_workers(jobs, dask, code=identify_code) as run,
@@ -232,7 +235,8 @@ def _steps(
     result = yield from search(
         n_starts=n_first, start_policies=starts, incumbent=incumbent
     )
-    for _ in range(0 if incumbent else plan.n_starts - n_first):
+    n_most = 0 if incumbent else plan.n_starts - bool(starts)
+    for _ in range(n_most - n_first):
         if result.is_confirmed:
             break
         result = yield from search(n_starts=1, incumbent=result)
