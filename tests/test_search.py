@@ -86,7 +86,7 @@ def test_more_starts_go_on_from_fewer():
 def test_every_run_draws_numbers_of_its_own(monkeypatch):
     drawn = []
 
-    def draw(x0, sigma0, rng, sqrt_cov, *, name, **_):
+    def draw(x0, sigma0, rng, sqrt_cov, costs_of, *, name, **_):
         drawn.append(rng.standard_normal())
         yield x0[np.newaxis]
         return CmaRun(name, x0, 1.0, 9)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import cma
 import numpy as np
@@ -100,12 +101,12 @@ def minimize(
     array([3., 3., 3., 3., 3., 3.])
     """
     asking = minimize_steps(
-        x0, sigma0, rng, sqrt_cov, name=name, known=known, options=options
+        x0, sigma0, rng, sqrt_cov, costs, name=name, known=known, options=options
     )
-    policies = next(asking)
+    answer = None
     while True:
         try:
-            policies = asking.send(costs(policies))
+            answer = asking.send(answer)  # policies: their own answer
         except StopIteration as end:
             found: CmaRun = end.value
             return found
@@ -116,13 +117,14 @@ def minimize_steps(
     sigma0: float,
     rng: np.random.Generator,
     sqrt_cov: Array,
+    costs_of: Callable[[Any], Sequence[float]],
     *,
     name: str,
     known: Sequence[CmaRun],
     options: SearchOptions,
     seen: list[tuple[Array, Array]] | None = None,
-) -> Generator[Array, Sequence[float], CmaRun]:
-    """Run as `minimize` does; yield policies and be sent their costs.
+) -> Generator[Array, Any, CmaRun]:
+    """Run as `minimize` does; yield policies and be sent what tells their costs.
 
     `seen` gets the policies of each generation and their costs, NaN if not asked for.
     """
@@ -142,7 +144,7 @@ def minimize_steps(
     # z ~ N(m, sigma^2 C) (eqs. 38-40), with m = 0, sigma = 1 and C = I to begin with,
     # and x = x0 + A z: the first covariance of policies is A A'.
     transform = sigma0 * sqrt_cov
-    surrogate = _Surrogate(options)
+    surrogate = _Surrogate(options, costs_of)
     policies = np.array([run.policy for run in known])
     reach = options.near * np.array(
         [0.0 if run.failed else np.linalg.norm(run.policy) for run in known]
@@ -195,8 +197,10 @@ class _Surrogate:
     until its ranks agree with the costs. The rest get the model's values.
     """
 
-    def __init__(self, options: SearchOptions) -> None:
-        self._agreement = options.agreement
+    def __init__(
+        self, options: SearchOptions, costs_of: Callable[[Any], Sequence[float]]
+    ) -> None:
+        self._agreement, self._costs_of = options.agreement, costs_of
         self._model = LQModel(max_absolute_size=options.population)
 
     @property
@@ -206,21 +210,21 @@ class _Surrogate:
 
     def evaluate(
         self, points: Array, policies: Array
-    ) -> Generator[Array, Sequence[float], tuple[Array, Array]]:
+    ) -> Generator[Array, Any, tuple[Array, Array]]:
         """Ask for some costs; return values of all points, and the costs, NaN if none.
 
         The points are the model's coordinates of the policies.
         """
         costs = np.full(len(points), np.nan)
         if self._agreement > 1:  # no model could agree so well: plain CMA-ES
-            costs[:] = yield policies
+            costs[:] = self._costs_of((yield policies))
             return costs, costs
         model, n_true = self._model, max(1, 4 - self._model.size)
         while True:
             order = np.argsort(self._values(points), kind="stable")
             asked = order[np.isnan(costs[order])]
             asked = asked[: n_true - np.isfinite(costs).sum()]
-            costs[asked] = yield policies[asked]
+            costs[asked] = self._costs_of((yield policies[asked]))
             for k in asked:
                 if not model.isin(points[k]):
                     model.add_data_row(points[k], costs[k])

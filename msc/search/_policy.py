@@ -324,24 +324,17 @@ class _Task:
             number = sum(run.name.startswith("start") for run in runs)
             step = self._options.first_step * self._dmp.spring
             name, x0 = f"start {number}", random_start(number, step, self._dmp, rng)
-        asking = minimize_steps(
+        return minimize_steps(
             x0,
             step,
             rng,
             self._sqrt_cov,
+            lambda rollouts: [cost(rollout) for rollout in rollouts],
             name=name,
             known=runs,
             options=self._options,
             seen=seen,
         )
-        policies = next(asking)
-        while True:
-            rollouts = yield policies
-            try:
-                policies = asking.send([cost(rollout) for rollout in rollouts])
-            except StopIteration as end:
-                found: CmaRun = end.value
-                return found
 
 
 def random_start(
