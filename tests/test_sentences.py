@@ -103,6 +103,13 @@ def test_executed_charts_are_better_at_nearly_every_size(baseline, method):
     assert np.mean(np.less(found, 1)) >= 0.9
 
 
+def test_with_obstacles_the_elbow_depends_on_the_seed_of_k_means():
+    # how many charts?
+    policies = load_dataset("obstacles")[1]
+    picked = {SMCE(random_state=seed).fit(policies).n_clusters_ for seed in range(6)}
+    assert picked == {4, 6}
+
+
 def test_with_none_of_36_better_at_most_some_8_percent_could_be():
     # how good are the policies?
     for audit in load_results("audit_free", "audit_obstacles"):

@@ -112,7 +112,7 @@ class SMCE(ClusterMixin, BaseEstimator):  # type: ignore[misc]
 
     with y_j = (x_j - x_i) / d_j, or without the division in the raw form. They are
     solved many at a time (`msc.learn.reconstruct`): on the policies in `data/` within
-    1e-11 of the optimum, relative to it, in either form; on others at worst within the
+    1e-10 of the optimum, relative to it, in either form; on others at worst within the
     solver's own 1e-8 of a point's value at its nearest neighbour.
 
     Points given more than once, exactly or nearly (`find_copies` says what counts),
