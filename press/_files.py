@@ -52,14 +52,14 @@ def locked(path: Path, refusal: str | None = None) -> Iterator[None]:
         os.close(handle)
 
 
-def replace_file(path: Path, text: str) -> None:
-    """Write a text file whole or not at all.
+def replace_file(path: Path, content: str | bytes) -> None:
+    """Write a file whole or not at all.
 
     Parameters
     ----------
     path : Path
         Where to; its folder is made if it is missing.
-    text : str
+    content : str or bytes
         The new content.
 
     Raises
@@ -67,15 +67,15 @@ def replace_file(path: Path, text: str) -> None:
     OSError
         If it cannot be written; what was there is left intact.
     """
-    replace_files({path: text})
+    replace_files({path: content})
 
 
-def replace_files(texts: Mapping[Path, str]) -> None:
-    """Write text files that belong together: all of them, whole, or none.
+def replace_files(contents: Mapping[Path, str | bytes]) -> None:
+    """Write files that belong together: all of them, whole, or none.
 
     Parameters
     ----------
-    texts : mapping of Path to str
+    contents : mapping of Path to str or bytes
         Where to, and the new content; folders are made if they are missing.
 
     Raises
@@ -85,15 +85,16 @@ def replace_files(texts: Mapping[Path, str]) -> None:
     """
     written: dict[Path, Path] = {}
     try:
-        for path, text in texts.items():
+        for path, content in contents.items():
             with _naming(path):
                 path.parent.mkdir(parents=True, exist_ok=True)
                 handle, name = tempfile.mkstemp(
                     dir=path.parent, prefix=f".{path.name}."
                 )
                 written[path] = Path(name)
-                with os.fdopen(handle, "w", encoding="utf-8") as file:
-                    file.write(text)
+                raw = content if isinstance(content, bytes) else content.encode()
+                with os.fdopen(handle, "wb") as file:
+                    file.write(raw)
                     file.flush()
                     os.fsync(file.fileno())
                 written[path].chmod(0o644)

@@ -13,7 +13,6 @@ from sklearn.linear_model import LinearRegression
 from sklearn.neighbors import KNeighborsRegressor
 from sklearn.utils.estimator_checks import parametrize_with_checks
 
-from msc.study._methods import LinearInterpolation
 from msc.study.rivals import RANGES, ChangePointProcess, todays_methods
 from msc.study.rivals._interpolation import Interpolation, RadialBasis
 from msc.study.rivals._local import FewNeighbours, LocalLinear
@@ -94,15 +93,6 @@ def test_neighbours_are_scikit_learn_s_and_never_more_than_there_are(weights):
 
 
 # Interpolation
-
-
-@few
-@given(seeds)
-def test_on_a_line_it_is_the_interpolation_of_the_comparison(seed):
-    X, y, new = draw(seed)
-    X[3] = X[5]
-    theirs = LinearInterpolation().fit(X, y)
-    assert_allclose(Interpolation().fit(X, y).predict(new), theirs.predict(new))
 
 
 @few

@@ -8,7 +8,7 @@ n, and divides the charts' means by the other methods'; a *profile* says how muc
 does.
 
 - `draw_samples`, `take_evenly`, `nearest_task`, `task_density`: which tasks
-- `methods`, `fit_methods`: who is compared
+- `METHODS`, `build_method`, `fit_methods`: who is compared
 - `Experiment`, `execute_policies`, `TEST_SUBSETS`: one training set
 - `run_study`, `Study`, `MEASURES`, `find_cell`, `format_study`: many of them
 - `run_elbows` and, below it, `read_elbows`, `measure_elbows`, `most_picked`,
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
         measure_elbows,
     )
     from msc.study._elbows import read_elbows
-    from msc.study._methods import fit_methods, methods
+    from msc.study._methods import METHODS, build_method, fit_methods
     from msc.study._sampling import (
         TEST_SUBSETS,
         draw_samples,

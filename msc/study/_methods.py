@@ -1,60 +1,107 @@
-"""The methods that are compared: ours, its rivals, and what needs no learning."""
+"""Who is compared: a line a method, and what builds it."""
 
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import Any, Self
+from dataclasses import dataclass
+from importlib import import_module
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
-from sklearn.base import BaseEstimator, MultiOutputMixin, RegressorMixin
-from sklearn.cluster import KMeans
-from sklearn.compose import TransformedTargetRegressor
-from sklearn.dummy import DummyRegressor
-from sklearn.neighbors import KNeighborsRegressor
-from sklearn.utils.validation import check_is_fitted, has_fit_parameter
+from numpy.typing import ArrayLike
+from sklearn.utils.validation import has_fit_parameter
 
-from msc._checks import validate_cost, validate_pairs, validate_points
-from msc.learn import SMCE, ParameterizedSkill, gaussian_process
-from msc.study.rivals import CrKR
+from msc._checks import validate_cost
+from msc.robot import Workspace
+from msc.study._ours import N_CHARTS
+from msc.study.rivals import GoalProjected
 
-N_CHARTS = 4  # as the paper has in both workspaces
-COMMON = (
-    "charts",
-    "single regression",
-    "CrKr",
-    "nearest neighbour",
-    "linear interpolation",
-    "mean policy",
-    "zero policy",
-)
-VARIANTS = (  # of the charts and of the single regression: one part exchanged
-    "charts, SVM gate",
-    "charts, k-means",
-    "charts, Matérn",
-    "single, Matérn",
-    "single, periodic",
-)
-METHODS = COMMON + VARIANTS
-
-Array = NDArray[np.float64]
+_PROJECTED = ", projected"  # such a method is another one, wrapped in `GoalProjected`
 
 
-def methods(n_charts: int | None = N_CHARTS, seed: int = 0) -> dict[str, Any]:
-    """List the methods, unfitted.
+@dataclass(frozen=True)
+class Method:
+    """A method that is compared.
+
+    Attributes
+    ----------
+    module : str
+        Module of `msc.study` whose ``build(name, n_charts=, seed=, workspace=)`` gives
+        an estimator with `fit(X, y)` and `predict(X)`, tasks in radians.
+    group : str
+        Under what it is listed.
+    sets : {"all", "even", "some", "sweep"}
+        On which training sets: all; the evenly spaced ones; of these ten at each of
+        three sizes; those of the sweep over the number of charts.
+    """
+
+    module: str
+    group: str
+    sets: str = "some"
+
+
+METHODS = {
+    "charts": Method("_ours", "paper", "all"),
+    "single regression": Method("_ours", "paper", "all"),
+    "CrKr": Method("rivals._crkr", "paper", "all"),
+    "nearest neighbour": Method("rivals._local", "no learning", "all"),
+    "linear interpolation": Method("rivals._interpolation", "no learning", "all"),
+    "mean policy": Method("rivals._constant", "no learning", "all"),
+    "zero policy": Method("rivals._constant", "no learning", "all"),
+    "charts, SVM gate": Method("_ours", "variants", "even"),
+    "charts, k-means": Method("_ours", "variants", "even"),
+    "charts, Matérn": Method("_ours", "variants", "even"),
+    "single, Matérn": Method("_ours", "variants", "even"),
+    "single, periodic": Method("_ours", "variants", "even"),
+    "charts, one kernel": Method("_ours", "one kernel", "even"),
+    "single, one kernel": Method("_ours", "one kernel", "even"),
+    "charts, Matérn, one kernel": Method("_ours", "one kernel", "even"),
+    "single, Matérn, one kernel": Method("_ours", "one kernel", "even"),
+    "charts, projected": Method("_ours", "projected"),
+    "single regression, projected": Method("_ours", "projected"),
+    "charts, one kernel, projected": Method("_ours", "projected"),
+    "single, one kernel, projected": Method("_ours", "projected"),
+    "CrKr, projected": Method("rivals._crkr", "projected"),
+    "nearest neighbour, projected": Method("rivals._local", "projected"),
+    "linear interpolation, projected": Method("rivals._interpolation", "projected"),
+    "mean policy, projected": Method("rivals._constant", "projected"),
+    "zero policy, projected": Method("rivals._constant", "projected"),
+    "da Silva's skill": Method("rivals._components", "section V"),
+    "after Mülling: no practice": Method("rivals._mixture", "section V"),
+    "after Hausknecht: no sweep": Method("rivals._sweep", "section V"),
+    "nearest neighbours": Method("rivals._today", "today"),
+    "local linear regression": Method("rivals._today", "today"),
+    "radial basis functions": Method("rivals._today", "today"),
+    "random forest": Method("rivals._today", "today"),
+    "gradient boosting": Method("rivals._today", "today"),
+    "neural network": Method("rivals._today", "today"),
+    "change points": Method("rivals._today", "today"),
+    "conditioned ProMP": Method("rivals._promp", "today"),
+    **{
+        f"{count} {'chart' if count == 1 else 'charts'}": Method(
+            "_ours", "number of charts", "sweep"
+        )
+        for count in range(1, 9)
+    },
+}
+"""All that are compared, by name."""
+
+COMMON = tuple(name for name, method in METHODS.items() if method.sets == "all")
+
+
+def build_method(
+    name: str,
+    *,
+    n_charts: int | None = N_CHARTS,
+    seed: int = 0,
+    workspace: Workspace | None = None,
+) -> Any:
+    """Build a method, unfitted.
 
     Parameters
     ----------
-    n_charts : int or None, default=4
-        Charts that SMCE is asked for; None leaves it to the elbow. k-means, which has
-        none, is then asked for four.
-    seed : int, default=0
-        Seed of the clustering, the one part that draws.
-
-    Returns
-    -------
-    dict from str to estimator
-        By name, each with `fit(X, y)` and `predict(X)`, tasks in radians:
+    name : str
+        A name of `METHODS`:
 
         - "charts": `ParameterizedSkill` on the charts of `SMCE`;
         - "single regression": one squared-exponential Gaussian process a dimension,
@@ -64,12 +111,32 @@ def methods(n_charts: int | None = N_CHARTS, seed: int = 0) -> dict[str, Any]:
         - "linear interpolation": between the training tasks on either side;
         - "mean policy": the training policies' mean, whatever the task;
         - "zero policy": no weights, which leaves the arm to the DMP's spring;
-        - "charts, SVM gate": the charts, and a support vector machine that tells which
-          of them a task belongs to;
-        - "charts, k-means": charts found by k-means among the policies;
-        - "charts, Matérn": the charts, and a rougher kernel for their regressions;
-        - "single, Matérn" and "single, periodic": the single regression with other
-          kernels, see `gaussian_process`.
+        - "…, SVM gate": a support vector machine tells which chart a task belongs to;
+        - "…, k-means": charts found by k-means among the policies;
+        - "…, Matérn", "…, periodic": regressions with another kernel, see
+          `gaussian_process`;
+        - "…, one kernel": one kernel for all weights of a chart;
+        - "…, projected": moved onto the policies that end at the goal, see
+          `GoalProjected`;
+        - "3 charts": `ParameterizedSkill` on so many charts of `SMCE`;
+        - all others: see `msc.study.rivals`.
+    n_charts : int or None, default=4
+        Charts that SMCE is asked for; None leaves it to the elbow. k-means, which has
+        none, is then asked for four.
+    seed : int, default=0
+        Seed of the clustering, and of whatever else draws.
+    workspace : Workspace, optional
+        Where the goals of tasks are; by default ``Workspace.free()``.
+
+    Returns
+    -------
+    estimator
+        With `fit(X, y)` and `predict(X)`, tasks in radians.
+
+    Raises
+    ------
+    ValueError
+        If there is no such method.
 
     Notes
     -----
@@ -81,38 +148,16 @@ def methods(n_charts: int | None = N_CHARTS, seed: int = 0) -> dict[str, Any]:
 
     Examples
     --------
-    >>> list(methods())[:3]
-    ['charts', 'single regression', 'CrKr']
+    >>> build_method("nearest neighbour")
+    KNeighborsRegressor(n_neighbors=1)
     """
-    charts = SMCE(n_charts, random_state=seed)
-    return {
-        "charts": ParameterizedSkill(charts, random_state=seed, verbose=False),
-        "single regression": _single("squared exponential", seed),
-        "CrKr": CrKR(tune=True, verbose=False),
-        "nearest neighbour": KNeighborsRegressor(1),
-        "linear interpolation": LinearInterpolation(),
-        "mean policy": DummyRegressor(),
-        "zero policy": TransformedTargetRegressor(
-            DummyRegressor(),
-            func=np.zeros_like,
-            inverse_func=np.asarray,
-            check_inverse=False,
-        ),
-        "charts, SVM gate": ParameterizedSkill(
-            charts, gate="svm", random_state=seed, verbose=False
-        ),
-        "charts, k-means": ParameterizedSkill(
-            KMeans(n_charts or N_CHARTS, n_init=10), random_state=seed, verbose=False
-        ),
-        "charts, Matérn": ParameterizedSkill(
-            charts,
-            regressor=gaussian_process("matern"),
-            random_state=seed,
-            verbose=False,
-        ),
-        "single, Matérn": _single("matern", seed),
-        "single, periodic": _single("periodic", seed),
-    }
+    if name not in METHODS:
+        raise ValueError(f"name={name!r} is no method; wanted one of {tuple(METHODS)}")
+    base = name.removesuffix(_PROJECTED)
+    home = import_module(f"msc.study.{METHODS[name].module}")
+    workspace = workspace or Workspace.free()
+    built = home.build(base, n_charts=n_charts, seed=seed, workspace=workspace)
+    return built if base == name else GoalProjected(built)
 
 
 def fit_methods(
@@ -120,9 +165,8 @@ def fit_methods(
     y: ArrayLike,
     cost: ArrayLike,
     *,
-    n_charts: int | None = N_CHARTS,
-    seed: int = 0,
-    names: Iterable[str] = METHODS,
+    names: Iterable[str] = COMMON,
+    **how: Any,
 ) -> dict[str, Any]:
     """Fit methods to the same training set.
 
@@ -135,10 +179,10 @@ def fit_methods(
     cost : array_like of shape (n_tasks,)
         What the search paid for each, positive. A method that trusts costly samples
         less is given cost / mean(cost), which is one on average.
-    n_charts, seed : int
-        See `methods`.
-    names : iterable of str, default=METHODS
+    names : iterable of str, default=COMMON
         Which methods.
+    **how : dict
+        `n_charts`, `seed` and `workspace`, see `build_method`.
 
     Returns
     -------
@@ -157,66 +201,10 @@ def fit_methods(
     >>> fitted["linear interpolation"].predict([[3.0]])
     array([[3.]])
     """
-    known, wanted = methods(n_charts, seed), tuple(names)
-    unknown = [name for name in wanted if name not in known]
-    if unknown:
-        raise ValueError(f"names={unknown} are no methods; wanted some of {METHODS}")
+    built = {name: build_method(name, **how) for name in names}
     costs = validate_cost(cost, len(np.asarray(X)))
-    fitted = {}
-    for name in wanted:
-        takes_cost = has_fit_parameter(known[name], "cost")
+    for method in built.values():
+        takes_cost = has_fit_parameter(method, "cost")
         given = {"cost": costs / costs.mean()} if takes_cost else {}
-        fitted[name] = known[name].fit(np.asarray(X), np.asarray(y), **given)
-    return fitted
-
-
-class LinearInterpolation(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: ignore[misc]
-    """Interpolate between the training tasks on either side.
-
-    Before the first training task its policy holds, after the last one the last's. Of
-    equal tasks the mean policy counts.
-
-    Attributes
-    ----------
-    tasks_ : ndarray of shape (n_tasks,)
-        The different training tasks, ascending.
-    policies_ : ndarray of shape (n_tasks, n_params) or (n_tasks,)
-        Their policies.
-    n_features_in_ : int
-        Number of task parameters: one.
-
-    Examples
-    --------
-    >>> model = LinearInterpolation().fit([[0.0], [2.0]], [[0.0, 1.0], [4.0, 1.0]])
-    >>> model.predict([[-1.0], [0.5], [3.0]])
-    array([[0., 1.],
-           [1., 1.],
-           [4., 1.]])
-    """
-
-    def fit(self, X: Any, y: Any) -> Self:
-        """Keep the training set."""
-        X, y = validate_pairs(self, X, y)
-        if X.shape[1] > 1:
-            raise ValueError(f"X has {X.shape[1]} features; wanted one to walk along")
-        self.tasks_, place = np.unique(X[:, 0], return_inverse=True)
-        times = np.bincount(place).reshape(-1, *(1,) * (y.ndim - 1))
-        sums = np.zeros((len(self.tasks_), *y.shape[1:]))
-        np.add.at(sums, place, y)
-        self.policies_ = sums / times
-        return self
-
-    def predict(self, X: Any) -> Array:
-        """Predict the policies of tasks, in the shape that `fit` was given."""
-        check_is_fitted(self)
-        X = validate_points(self, X, reset=False)
-        columns = self.policies_.reshape(len(self.tasks_), -1).T
-        found = [np.interp(X[:, 0], self.tasks_, column) for column in columns]
-        return np.stack(found, axis=-1).reshape(len(X), *self.policies_.shape[1:])
-
-
-def _single(kernel: str, seed: int) -> ParameterizedSkill:
-    """Build one Gaussian process a policy dimension, over all tasks."""
-    return ParameterizedSkill(
-        None, regressor=gaussian_process(kernel), random_state=seed, verbose=False
-    )
+        method.fit(np.asarray(X), np.asarray(y), **given)
+    return built

@@ -15,7 +15,8 @@ from msc.estimates import Estimate, compare
 from msc.learn import SMCE
 from msc.robot import DMP, Workspace, cached_arm, check_policies
 from msc.search import cost
-from msc.study._methods import COMMON, N_CHARTS, fit_methods
+from msc.study._methods import COMMON, fit_methods
+from msc.study._ours import N_CHARTS
 from msc.study._sampling import TEST_SUBSETS, take_evenly
 
 N_RESAMPLES = {"quick": 1_000, "full": 20_000}  # of a chapter's bootstrap, by profile
@@ -45,7 +46,7 @@ class Experiment:
     n_charts : int or None, default=4
         Charts, as the paper's figures have them; None leaves it to the elbow.
     names : iterable of str, default=COMMON
-        Which of `msc.study.methods`; by default not those with other kernels.
+        Which of `msc.study.METHODS`; by default those tried on all training sets.
     profile : {"quick", "full"}, default="quick"
         How many bootstrap resamples an interval rests on.
     seed : int, default=0
@@ -125,6 +126,7 @@ class Experiment:
             self.table["cost"].to_numpy()[self.chosen],
             n_charts=self.n_charts,
             seed=self.seed,
+            workspace=self.workspace,
             names=self.names,
         )
 

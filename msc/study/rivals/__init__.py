@@ -1,7 +1,7 @@
 """Rivals of the paper's method that need code of their own, a file each.
 
 They follow scikit-learn's conventions as `msc.learn` does, and may take the `cost` of
-each policy besides. `msc.study.methods` lists all that are compared.
+each policy besides. `msc.study.METHODS` lists all that are compared.
 
 The paper's section V
     `CrKR`; `isomap_skill` on the charts of `NeighbourComponents`; `MovementMixture`;

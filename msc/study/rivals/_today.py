@@ -123,3 +123,8 @@ class QuietNetwork(MLPRegressor):  # type: ignore[misc]
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", ConvergenceWarning)
             return super().fit(X, y)  # type: ignore[no-any-return]
+
+
+def build(name: str, *, seed: int, **_how: Any) -> Any:
+    """Build one of `todays_methods`."""
+    return todays_methods(random_state=seed)[name]

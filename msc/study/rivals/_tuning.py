@@ -1,12 +1,13 @@
 """One rule for the hyper-parameters of every rival, and the one table of their ranges.
 
-The ranges were written before any of the methods was run on a table of policies; test
-tasks choose nothing.
+The ranges were written down before any of these methods was compared on test tasks;
+test tasks choose nothing.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import dataclass
 from math import prod
 from typing import Any
 
@@ -117,11 +118,11 @@ def tune(
     )
 
 
+@dataclass(frozen=True)
 class Folds:
     """Shuffled folds of any number of samples: fewer folds if there are too few."""
 
-    def __init__(self, is_stratified: bool = False) -> None:
-        self.is_stratified = is_stratified
+    is_stratified: bool = False
 
     def get_n_splits(self, X: Any = None, y: Any = None, groups: Any = None) -> int:
         """Count the folds of samples."""
