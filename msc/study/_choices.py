@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from sklearn.cluster import AgglomerativeClustering, KMeans
 from sklearn.dummy import DummyClassifier, DummyRegressor
 from sklearn.metrics import adjusted_rand_score
@@ -33,6 +33,8 @@ from msc.learn import (
 )
 from msc.study._elbows import read_elbows
 from msc.study._summaries import most_picked
+
+Array = NDArray[np.float64]
 
 FROM_POLICIES = tuple(name for name in SELECTION_CRITERIA if name != "cross_validation")
 """The criteria that need nothing but the policies."""
@@ -185,21 +187,28 @@ def compare_gates(
     skill = ParameterizedSkill(charts, regressor=DummyRegressor(), random_state=seed)
     labels = skill.fit(X, y).charts_
     tasks = np.asarray(X, dtype=np.float64)
-    folds = KFold(min(n_splits, len(tasks)), shuffle=True, random_state=seed)
-    right = {name: np.empty(len(tasks), dtype=bool) for name in GATES}
-    for train, test in folds.split(tasks):
-        is_trivial = len(np.unique(labels[train])) == 1
-        for name, build in GATES.items():
-            gate = DummyClassifier() if is_trivial else seeded_clone(build(), seed)
-            found = gate.fit(tasks[train], labels[train]).predict(tasks[test])
-            right[name][test] = found == labels[test]
-    accuracy = {name: float(share.mean()) for name, share in right.items()}
+    accuracy = gate_accuracy(tasks, labels, n_splits=n_splits, seed=seed)
     return {
         "n_samples": len(tasks),
         "n_charts": skill.n_charts_,
         "accuracy": accuracy,
         "best": max(accuracy, key=lambda name: accuracy[name]),
     }
+
+
+def gate_accuracy(
+    tasks: Array, charts: NDArray[np.intp], *, n_splits: int, seed: int
+) -> dict[str, float]:
+    """Return by gate on what share of held-out tasks it tells the chart."""
+    folds = KFold(min(n_splits, len(tasks)), shuffle=True, random_state=seed)
+    right = {name: np.empty(len(tasks), dtype=bool) for name in GATES}
+    for train, test in folds.split(tasks):
+        is_trivial = len(np.unique(charts[train])) == 1
+        for name, build in GATES.items():
+            gate = DummyClassifier() if is_trivial else seeded_clone(build(), seed)
+            found = gate.fit(tasks[train], charts[train]).predict(tasks[test])
+            right[name][test] = found == charts[test]
+    return {name: float(share.mean()) for name, share in right.items()}
 
 
 def average_gates(compared: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:

@@ -78,6 +78,11 @@ METHODS = {
     "change points": Method("rivals._today", "today"),
     "conditioned ProMP": Method("rivals._promp", "today"),
     **{
+        f"ladder: {charts}{gate}": Method("_ladder", "ladder", "even")
+        for charts in ("SMCE", "linkage", "pieces")
+        for gate in ("", ", best gate", ", abstaining", ", true gate")
+    },
+    **{
         f"{count} {'chart' if count == 1 else 'charts'}": Method(
             "_ours", "number of charts", "sweep"
         )
@@ -119,6 +124,9 @@ def build_method(
         - "…, projected": moved onto the policies that end at the goal, see
           `GoalProjected`;
         - "3 charts": `ParameterizedSkill` on so many charts of `SMCE`;
+        - "ladder: …": with one kernel, on charts by SMCE, by single linkage, or the true
+          pieces between jumps; with the best gate of several, one that abstains, or
+          the true chart;
         - all others: see `msc.study.rivals`.
     n_charts : int or None, default=4
         Charts that SMCE is asked for; None leaves it to the elbow. k-means, which has
