@@ -26,13 +26,12 @@ if TYPE_CHECKING:
     from msc.study._audit import COST_TOLERANCE, audit_table
     from msc.study._calibration import choose_layout, locate_cut
     from msc.study._choices import (
-        average_gates,
         choose_criterion,
         compare_clusterers,
-        compare_gates,
         measure_elbows,
     )
     from msc.study._elbows import read_elbows
+    from msc.study._gates import average_gates, compare_gates
     from msc.study._methods import METHODS, build_method, fit_methods
     from msc.study._sampling import (
         TEST_SUBSETS,

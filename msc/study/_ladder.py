@@ -26,7 +26,7 @@ from msc._checks import validate_pairs, validate_points
 from msc.data import load_results
 from msc.learn import GATES, SMCE, ParameterizedSkill, seeded_clone
 from msc.robot import Workspace
-from msc.study._choices import gate_accuracy
+from msc.study._gates import gate_accuracy
 
 Array = NDArray[np.float64]
 

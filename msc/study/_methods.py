@@ -124,7 +124,7 @@ def build_method(
         - "…, projected": moved onto the policies that end at the goal, see
           `GoalProjected`;
         - "3 charts": `ParameterizedSkill` on so many charts of `SMCE`;
-        - "ladder: …": with one kernel, on charts by SMCE, by single linkage, or the true
+        - "ladder: …": with one kernel, on charts by SMCE or single linkage, or the true
           pieces between jumps; with the best gate of several, one that abstains, or
           the true chart;
         - all others: see `msc.study.rivals`.

@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 from msc._parallel import call_in_order
 from msc.data import describe_origin, find_data, load_dataset
 from msc.learn import SMCE
-from msc.study._choices import average_gates, compare_gates, measure_elbows
+from msc.study._choices import measure_elbows
+from msc.study._gates import average_gates, compare_gates
 from msc.study._methods import COMMON, METHODS, N_CHARTS
 from msc.study._sampling import Indices, draw_samples, task_density
 from msc.study._summaries import (
