@@ -88,10 +88,12 @@ def make_subject(root: Path) -> Subject:
     if (root / msc.claims.VERDICTS).is_file():
         verdicts = msc.claims.judge_all(root)
         told = msc.claims.tally(msc.claims.summarise(verdicts))
-        values = {"n_claims": len(verdicts), "verdicts": told}
+        n_claims = sum(not one.claim.hardly_fails for one in verdicts)
+        values = {"n_claims": n_claims, "verdicts": told}
     else:
         verdicts = []
-        values = {"n_claims": len(msc.claims.load_claims(root / msc.claims.CLAIMS))}
+        claims = msc.claims.load_claims(root / msc.claims.CLAIMS)
+        values = {"n_claims": sum(not one.hardly_fails for one in claims)}
     names = {page.stem for page in pages(root)}
     fragments = msc.claims.claim_fragments(verdicts, names)
     return Subject("msc", ("msc",), commands, values, fragments)

@@ -6,6 +6,8 @@ from pathlib import Path
 
 import pytest
 import yaml
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from imagined import imagine
 
 from msc.claims import claim_fragments, judge_all, load_claims, summarise
@@ -168,14 +170,40 @@ LOW, HIGH, OPEN = (0.5, 0.4, 0.6), (2.0, 1.5, 3.0), (1.0, 0.5, 2.0)
         (OPEN, OPEN, "undecided"),
     ],
 )
-def test_interpretations_are_joined(first, second, verdict, verdict_on):
+def test_literal_interpretations_are_joined(first, second, verdict, verdict_on):
     interpretations = {"one": BELOW, "two": BELOW | {"ratio": "mse, known"}}
-    found = verdict_on(
-        interpretations, study(**{"mse": {24: first}, "mse, known": {24: second}})
-    )
+    results = study(**{"mse": {24: first}, "mse, known": {24: second}})
+    found = verdict_on(interpretations, results, literal=["one", "two"])
     assert found.verdict == verdict
     assert found.findings[0].estimate.value == first[0]
     assert all(name in found.sentence for name in interpretations)
+    if verdict == "partly":
+        assert found.measured == found.sentence
+    else:  # the number of one that has this verdict
+        [number] = {
+            one.measured for one in found.findings if one.measured in found.measured
+        }
+        assert verdict in {
+            one.verdict for one in found.findings if one.measured == number
+        }
+
+
+@settings(max_examples=20, deadline=None)
+@given(
+    first=st.sampled_from([LOW, HIGH, OPEN]),
+    others=st.lists(st.sampled_from([LOW, HIGH, OPEN]), max_size=3),
+)
+def test_adding_a_reading_changes_no_verdict(tmp_path_factory, first, others):
+    numbers = [first, *others]
+    results = study(**{f"mse {k}": {24: one} for k, one in enumerate(numbers)})
+    readings = {f"{k}": BELOW | {"ratio": f"mse {k}"} for k in range(len(numbers))}
+    folder = tmp_path_factory.mktemp("claims")
+    verdicts = []
+    for some in ({"0": readings["0"]}, readings):
+        [claim] = claims_of(folder, interpretations=some)
+        verdicts.append(judge(claim, {STUDY: results}))
+    assert verdicts[0].verdict == verdicts[1].verdict
+    assert verdicts[1].differs == any(one != first for one in others)
 
 
 def test_what_the_design_makes_true_is_no_evidence(verdict_on):
@@ -186,9 +214,6 @@ def test_what_the_design_makes_true_is_no_evidence(verdict_on):
         results = study(**{"mse": {24: first}, "mse, known": {24: HIGH}})
         assert verdict_on({"one": built_in}, results).verdict == overall
         assert verdict_on(both, results).verdict == overall
-    results = study(**{"mse": {24: LOW}, "mse, known": {24: HIGH}})
-    found = verdict_on({"two": known, "one": built_in}, results)
-    assert found.verdict == "partly"
 
 
 def test_what_cannot_be_tested_says_why_and_does_not_count(verdict_on):
@@ -197,8 +222,10 @@ def test_what_cannot_be_tested_says_why_and_does_not_count(verdict_on):
     assert found.verdict == "cannot be tested"
     assert found.sentence.startswith("Their data are not public.")
     assert found.findings[0].estimate is None
-    both = verdict_on({**never, "ours": BELOW}, study(mse={24: LOW}))
+    readings = {**never, "ours": BELOW}
+    both = verdict_on(readings, study(mse={24: LOW}), literal=list(readings))
     assert both.verdict == "reproduced"
+    assert verdict_on(readings, study(mse={24: LOW})).verdict == "cannot be tested"
 
 
 EVERY = {"gate learned": BELOW | {"n_samples": "all"}}
@@ -435,14 +462,14 @@ def test_tables_link_each_claim_and_verdict(verdict_on):
     assert row == (
         "| [Charts err less.](fig3_free_24) "
         "| [◇ by construction](claim-lower) | one: 0.5 [0.4, 0.6] × single; "
-        "[readings differ](claim-lower) |"
+        "[other readings differ](claim-lower) |"
     )
     assert "| Charts err less. |" in table_markdown([found], set())
     section = sections_markdown([found], {"fig3_free_24"})
     assert section.count("| reading | measured | wanted | verdict |") == 1
     assert "Charts err less. [Its chapter](fig3_free_24).\n" in section
     assert section.startswith("(claim-lower)=\n### lower: ◇ by construction\n")
-    assert "| one | 0.5 [0.4, 0.6] × single | below 1 | by construction |" in section
+    assert "| **one** | 0.5 [0.4, 0.6] × single | below 1 | by construction |" in section
     assert "**By construction.** We made it so." in section
     assert "**Margin.** Half is half." in section
 

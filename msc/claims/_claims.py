@@ -1,7 +1,8 @@
 """The paper's claims as data: a YAML file, read and checked, and the numbers it names.
 
-A claim has one or several interpretations. Each says what is measured and, by one
-predicate, where that must lie for the claim to hold. A measurement is a mapping with
+A claim has one or several interpretations, of which the literal ones decide: the first,
+or those that `literal` names. Each says what is measured and, by one predicate, where
+that must lie for the claim to hold. A measurement is a mapping with
 one *quantity* among its keys and, beside it, what the quantity needs. A list in place
 of one value asks for several numbers::
 
@@ -33,6 +34,7 @@ PREDICATES = ("below", "above", "equals", "at_least")
 N_WORDS = 40  # that a quotation may have
 
 _TEXTS = ("id", "claim", "quote", "section", "chapter", "margin", "why")
+_TEXTS += ("hardly_fails",)
 _MAPPINGS = ("interpretations", "measured", "support")
 _NEEDED = (*_TEXTS[:5], "interpretations")
 _BESIDE = {"unit", "by_construction", "cannot_be_tested", *PREDICATES}
@@ -258,8 +260,10 @@ class Claim:
     quote: str  # in the paper's
     section: str
     chapter: str  # page of the book that shows it
-    interpretations: tuple[Interpretation, ...]  # the paper's own first
+    interpretations: tuple[Interpretation, ...]
+    literal: tuple[str, ...]  # which of them together are what the paper says
     margin: str = ""  # why the thresholds are what they are
+    hardly_fails: str = ""  # why it could hardly come out another way
     support: dict[str, Measurement] = field(default_factory=dict)  # what `why` quotes
     why: str = ""  # our verdict differs; {name} is what that measured
 
@@ -311,11 +315,13 @@ def _claim(given: dict[str, Any]) -> Claim:
     """Check the fields of a claim."""
     if missing := [name for name in _NEEDED if not given.get(name)]:
         raise ValueError(f"{missing[0]}: missing")
-    if unknown := set(given) - {*_TEXTS, *_MAPPINGS}:
+    if unknown := set(given) - {*_TEXTS, *_MAPPINGS, "literal"}:
         raise ValueError(f"{min(unknown)}: unknown")
     for name, value in given.items():
-        if not isinstance(value, dict if name in _MAPPINGS else str):
-            wanted = "a mapping" if name in _MAPPINGS else "text"
+        kind, wanted = (dict, "a mapping") if name in _MAPPINGS else (str, "text")
+        if name == "literal":
+            kind, wanted = list, "a list of names"
+        if not isinstance(value, kind):
             raise ValueError(f"{name}: {value!r}; wanted {wanted}")
     if not _ID.fullmatch(given["id"]):
         raise ValueError(f"id: {given['id']!r}; wanted letters, digits and hyphens")
@@ -332,8 +338,18 @@ def _claim(given: dict[str, Any]) -> Claim:
         name: _measurement("support", name, one, shared)
         for name, one in given.get("support", {}).items()
     }
+    names = [one.name for one in interpretations]
+    literal = given.get("literal", names[:1])
+    if not literal or (unknown := set(literal) - set(names)):
+        asked = min(map(str, unknown)) if literal else literal
+        raise ValueError(f"literal: {asked!r}; wanted some of {names}")
     texts = {name: given[name].strip() for name in _TEXTS if name in given}
-    claim = Claim(**texts, interpretations=tuple(interpretations), support=support)
+    claim = Claim(
+        **texts,
+        interpretations=tuple(interpretations),
+        literal=tuple(literal),
+        support=support,
+    )
     _check_prose(claim)
     return claim
 

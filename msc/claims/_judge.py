@@ -63,7 +63,7 @@ class Verdict:
 
     claim: Claim
     verdict: str  # a key of SYMBOLS
-    findings: tuple[Finding, ...]  # the paper's own interpretation first
+    findings: tuple[Finding, ...]
     why: str = ""  # it differs from the paper, with what was measured
 
     @property
@@ -72,31 +72,43 @@ class Verdict:
         return f"{SYMBOLS[self.verdict]} {self.verdict}"
 
     @property
+    def literal(self) -> list[Finding]:
+        """Findings of the interpretations that decide."""
+        return [one for one in self.findings if one.name in self.claim.literal]
+
+    @property
     def measured(self) -> str:
-        """What the paper's own interpretation measured; of several, which it is."""
-        first = self.findings[0]
+        """What gave the verdict: a number; or, if it is "partly", which said what."""
+        if self.verdict == PARTLY:
+            return _grouped(self.literal)
+        first = next(one for one in self.literal if one.verdict == self.verdict)
         name = f"{first.name}: " if len(self.findings) > 1 else ""
         return name + first.measured
 
     @property
     def differs(self) -> bool:
-        """Whether interpretations gave different verdicts."""
-        return len({one.verdict for one in self.findings}) > 1
+        """Whether an interpretation gave another verdict."""
+        return any(one.verdict != self.verdict for one in self.findings)
 
     @property
     def sentence(self) -> str:
         """Which interpretation gave which verdict."""
         if len(self.findings) == 1:
             return self.findings[0].sentence
-        groups: dict[str, list[str]] = {}
-        for one in self.findings:
-            groups.setdefault(one.verdict, []).append(one.name)
-        return "; ".join(f"{key}: {' / '.join(names)}" for key, names in groups.items())
+        return _grouped(self.findings)
 
     @property
     def unexplained(self) -> bool:
         """Whether it differs from the paper and no measurement is quoted to say why."""
         return self.verdict in DIFFERING and "{" not in self.claim.why
+
+
+def _grouped(findings: Iterable[Finding]) -> str:
+    """Say which interpretation gave which verdict."""
+    groups: dict[str, list[str]] = {}
+    for one in findings:
+        groups.setdefault(one.verdict, []).append(one.name)
+    return "; ".join(f"{key}: {' / '.join(names)}" for key, names in groups.items())
 
 
 def judge_all(root: Path, *ids: str) -> list[Verdict]:
@@ -177,12 +189,14 @@ def summarise(verdicts: Iterable[Verdict]) -> dict[str, Any]:
     Returns
     -------
     dict
-        By claim: the verdict, the sentence, and each interpretation's, with its number.
+        By claim: the verdict, the sentence, whether it could fail, and each
+        interpretation's verdict, with its number.
     """
     return {
         one.claim.id: {
             "verdict": one.verdict,
             "sentence": one.sentence,
+            "could_fail": not one.claim.hardly_fails,
             "readings": {
                 finding.name: {
                     "verdict": finding.verdict,
@@ -204,9 +218,9 @@ def judge(claim: Claim, results: Mapping[str, Any]) -> Verdict:
     were looked at; otherwise undecided. One that the design of the experiment makes
     true is "by construction" where it would be reproduced.
 
-    A claim has the verdict of its interpretations if they agree, and "by construction"
-    if the first, the paper's own, is. Otherwise "partly" if any is reproduced; else
-    "not reproduced", since one refutes the claim and none confirms it.
+    A claim has the verdict of its literal interpretations if they agree. Otherwise it
+    is "partly", if any is reproduced; else "not reproduced", since one refutes the
+    claim and none confirms it. Other interpretations are shown and decide nothing.
     """
     findings, quoted = [], {}
     name = ""
@@ -220,17 +234,16 @@ def judge(claim: Claim, results: Mapping[str, Any]) -> Verdict:
     except ValueError as error:
         raise ValueError(f"claim {claim.id!r}, {name!r}: {error}") from None
     why = claim.why.format_map(quoted)
-    return Verdict(claim, _overall(findings), tuple(findings), why)
+    literal = [one.verdict for one in findings if one.name in claim.literal]
+    return Verdict(claim, _overall(literal), tuple(findings), why)
 
 
-def _overall(findings: list[Finding]) -> str:
-    """Join the verdicts of interpretations, apart from those that cannot be tested."""
-    verdicts = [one.verdict for one in findings if one.verdict != UNTESTABLE]
-    if not verdicts:
-        return UNTESTABLE
-    if verdicts[0] == BUILT_IN or len(set(verdicts)) == 1:
-        return verdicts[0]
-    return PARTLY if {REPRODUCED, BUILT_IN} & set(verdicts) else NOT
+def _overall(verdicts: list[str]) -> str:
+    """Join verdicts, apart from those on what cannot be tested."""
+    tested = set(verdicts) - {UNTESTABLE} or {UNTESTABLE}
+    if len(tested) == 1:
+        return tested.pop()
+    return PARTLY if {REPRODUCED, BUILT_IN} & tested else NOT
 
 
 def _find(asked: Interpretation, results: Mapping[str, Any]) -> Finding:

@@ -51,8 +51,9 @@ def table_markdown(verdicts: Sequence[Verdict], pages: Collection[str]) -> str:
         claim, says = one.claim, plain(one.claim.claim)
         shown = f"[{label(says)}]({claim.chapter})" if claim.chapter in pages else says
         here = f"[{one.words}](claim-{claim.id})"
-        differ = f"; [readings differ](claim-{claim.id})" if one.differs else ""
-        rows.append(_row(shown, here, f"{plain(one.measured)}{differ}"))
+        more = f"; [other readings differ](claim-{claim.id})" if one.differs else ""
+        more += "; could hardly fail" if claim.hardly_fails else ""
+        rows.append(_row(shown, here, f"{plain(one.measured)}{more}"))
     return "\n".join([*rows, "```"]) + "\n"
 
 
@@ -67,14 +68,15 @@ def tally(summary: Mapping[str, Mapping[str, Any]]) -> str:
     Returns
     -------
     str
-        The verdicts that occur, in the order of `SYMBOLS`.
+        The verdicts that occur, in the order of `SYMBOLS`, on claims that could fail.
 
     Examples
     --------
-    >>> tally({"a": {"verdict": "partly"}, "b": {"verdict": "reproduced"}})
+    >>> a, b = {"verdict": "partly"}, {"verdict": "reproduced"}
+    >>> tally({"a": a | {"could_fail": True}, "b": b | {"could_fail": True}})
     '1 reproduced, 1 partly'
     """
-    counts = Counter(one["verdict"] for one in summary.values())
+    counts = Counter(one["verdict"] for one in summary.values() if one["could_fail"])
     return ", ".join(f"{counts[name]} {name}" for name in SYMBOLS if counts[name])
 
 
@@ -86,10 +88,14 @@ def sections_markdown(verdicts: Sequence[Verdict], pages: Collection[str]) -> st
 def summary_markdown(summary: Mapping[str, Mapping[str, Any]]) -> str:
     """Write which claims got which verdict, a row each that occurs."""
     rows = [_row("verdict", "claims", "which"), "|---|---|---|"]
-    for verdict, sign in SYMBOLS.items():
-        ids = [name for name, one in summary.items() if one["verdict"] == verdict]
+    groups: dict[str, list[str]] = {f"{SYMBOLS[one]} {one}": [] for one in SYMBOLS}
+    for name, one in summary.items():
+        verdict = f"{SYMBOLS[one['verdict']]} {one['verdict']}"
+        group = verdict if one["could_fail"] else f"{verdict}, could hardly fail"
+        groups.setdefault(group, []).append(name)
+    for group, ids in groups.items():
         if ids:
-            rows.append(_row(f"{sign} {verdict}", str(len(ids)), ", ".join(ids)))
+            rows.append(_row(group, str(len(ids)), ", ".join(ids)))
     return "\n".join(rows) + "\n"
 
 
@@ -132,14 +138,19 @@ def _section(one: Verdict, pages: Collection[str]) -> str:
     shown = f" [Its chapter]({claim.chapter})." if claim.chapter in pages else ""
     rows = [_row("reading", "measured", "wanted", "verdict"), "|---|---|---|---|"]
     for found in one.findings:
-        cells = (found.name, found.measured, found.wanted or "–", found.verdict)
-        rows.append(_row(*map(plain, cells)))
+        name, *cells = map(
+            plain, (found.name, found.measured, found.wanted or "–", found.verdict)
+        )
+        rows.append(_row(f"**{name}**" if found in one.literal else name, *cells))
     paragraphs = [
         f"(claim-{claim.id})=\n### {claim.id}: {one.words}",
         f"> “{plain(claim.quote)}” {{cite}}`paper` ({plain(claim.section)})",
         f"{paragraph(claim.claim)}{shown}",
         "\n".join(rows),
         f"**Margin.** {plain(claim.margin)}" if claim.margin else "",
+        f"**Could hardly fail.** {plain(claim.hardly_fails)}"
+        if claim.hardly_fails
+        else "",
         *(f"**By construction.** {plain(reason)}" for reason in built_in),
         f"**Why.** {plain(one.why)}" if one.why else "",
     ]
