@@ -326,7 +326,7 @@ def interpretation(**changes):
         ({"quote": None}, r"claim 'lower', quote: missing"),
         ({"id": None}, r"claim 'number 1', id: missing"),
         ({"title": "x"}, r"claim 'lower', title: unknown"),
-        ({"section": 4}, r"claim 'lower', section: 4; wanted text"),
+        ({"section": 4}, r"claim 'lower', section: 4; wanted a text"),
         (
             {"interpretations": ["x"]},
             r"claim 'lower', interpretations: \['x'\]; wanted a mapping",

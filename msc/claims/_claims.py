@@ -317,10 +317,10 @@ def _claim(given: dict[str, Any]) -> Claim:
     if unknown := set(given) - {*_TEXTS, *_MAPPINGS, "literal"}:
         raise ValueError(f"{min(unknown)}: unknown")
     for name, value in given.items():
-        kind: type = dict if name in _MAPPINGS else list if name == "literal" else str
-        wanted = {dict: "a mapping", list: "a list of names", str: "text"}[kind]
-        if not isinstance(value, kind):
-            raise ValueError(f"{name}: {value!r}; wanted {wanted}")
+        kind = "mapping" if name in _MAPPINGS else "text"
+        kind = "list" if name == "literal" else kind
+        if not isinstance(value, {"mapping": dict, "list": list, "text": str}[kind]):
+            raise ValueError(f"{name}: {value!r}; wanted a {kind}")
     if not _ID.fullmatch(given["id"]):
         raise ValueError(f"id: {given['id']!r}; wanted letters, digits and hyphens")
     if (n_words := len(given["quote"].split())) > N_WORDS:
