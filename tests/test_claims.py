@@ -326,7 +326,7 @@ def interpretation(**changes):
         ({"quote": None}, r"claim 'lower', quote: missing"),
         ({"id": None}, r"claim 'number 1', id: missing"),
         ({"title": "x"}, r"claim 'lower', title: unknown"),
-        ({"section": 4}, r"claim 'lower', section: 4; wanted text"),
+        ({"section": 4}, r"claim 'lower', section: 4; wanted a text"),
         (
             {"interpretations": ["x"]},
             r"claim 'lower', interpretations: \['x'\]; wanted a mapping",
@@ -462,14 +462,15 @@ def test_tables_link_each_claim_and_verdict(verdict_on):
     assert row == (
         "| [Charts err less.](fig3_free_24) "
         "| [◇ by construction](claim-lower) | one: 0.5 [0.4, 0.6] × single; "
-        "[readings differ](claim-lower) |"
+        "[other readings differ](claim-lower) |"
     )
     assert "| Charts err less. |" in table_markdown([found], set())
     section = sections_markdown([found], {"fig3_free_24"})
     assert section.count("| reading | measured | wanted | verdict |") == 1
     assert "Charts err less. [Its chapter](fig3_free_24).\n" in section
     assert section.startswith("(claim-lower)=\n### lower: ◇ by construction\n")
-    assert "| one | 0.5 [0.4, 0.6] × single | below 1 | by construction |" in section
+    measured = "0.5 [0.4, 0.6] × single | below 1"
+    assert f"| **one** | {measured} | by construction |" in section
     assert "**By construction.** We made it so." in section
     assert "**Margin.** Half is half." in section
 

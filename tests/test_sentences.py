@@ -73,6 +73,21 @@ def test_simpler_methods_are_better_than_both(measure, baseline):
     assert low > 1
 
 
+def test_where_what_needs_no_learning_is_better():
+    # the first page
+    def bounds(world, measure, baseline):
+        return np.array([ratio(world, measure, n, baseline) for n in SIZES])
+
+    line, nearest = "linear interpolation", "nearest neighbour"
+    assert (bounds("obstacles", "mse, gate learned", line)[:, 2] > 1).all()
+    assert (bounds("obstacles", "error_cm", line)[:, 1] > 1).all()
+    assert (bounds("free", "mse, gate learned", nearest)[:, 2] < 1).all()
+    middle = [SIZES.index(n) for n in (24, 36, 50)]
+    assert (bounds("free", "mse, gate learned", line)[middle, 2] < 1).all()
+    for baseline in (line, nearest):
+        assert (bounds("free", "error_cm", baseline)[middle, 1] > 1).all()
+
+
 def test_with_the_chart_known_errors_are_a_third_to_four_fifths():
     # Figure 8
     def over(measure, baseline):

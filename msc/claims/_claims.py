@@ -33,8 +33,7 @@ from msc.study import find_cell
 PREDICATES = ("below", "above", "equals", "at_least")
 N_WORDS = 40  # that a quotation may have
 
-_TEXTS = ("id", "claim", "quote", "section", "chapter", "margin", "why")
-_TEXTS += ("hardly_fails",)
+_TEXTS = ["id", "claim", "quote", "section", "chapter", "margin", "why", "hardly_fails"]
 _MAPPINGS = ("interpretations", "measured", "support")
 _NEEDED = (*_TEXTS[:5], "interpretations")
 _BESIDE = {"unit", "by_construction", "cannot_be_tested", *PREDICATES}
@@ -318,11 +317,10 @@ def _claim(given: dict[str, Any]) -> Claim:
     if unknown := set(given) - {*_TEXTS, *_MAPPINGS, "literal"}:
         raise ValueError(f"{min(unknown)}: unknown")
     for name, value in given.items():
-        kind, wanted = (dict, "a mapping") if name in _MAPPINGS else (str, "text")
-        if name == "literal":
-            kind, wanted = list, "a list of names"
-        if not isinstance(value, kind):
-            raise ValueError(f"{name}: {value!r}; wanted {wanted}")
+        kind = "mapping" if name in _MAPPINGS else "text"
+        kind = "list" if name == "literal" else kind
+        if not isinstance(value, {"mapping": dict, "list": list, "text": str}[kind]):
+            raise ValueError(f"{name}: {value!r}; wanted a {kind}")
     if not _ID.fullmatch(given["id"]):
         raise ValueError(f"id: {given['id']!r}; wanted letters, digits and hyphens")
     if (n_words := len(given["quote"].split())) > N_WORDS:
