@@ -18,9 +18,8 @@ from scipy.special import expit, logit, ndtri, stdtrit
 
 # Settled by `benchmarks/coverage.py`:
 N_WAVES = 2  # lowest frequencies round the circle that tell how tasks vary
-WIDER = 1.7  # than Student's t makes them are intervals
+WIDER = 2.0  # than Student's t makes them are intervals
 
-_ROUNDING = 1e-12  # of a share
 _MOST = 100.0  # the logarithm of a factor that says no more than any larger one
 
 Array = NDArray[np.float64]
@@ -267,7 +266,7 @@ class Average:
         self.per_set = values @ self._shares
         apart = values - self.per_set[:, None]
         if spread:
-            n_counted = np.count_nonzero(self._shares)
+            n_counted = int(np.count_nonzero(self._shares))
             squares = apart**2 * n_counted / max(1, n_counted - 1)
             self.per_set = np.sqrt(squares @ self._shares)
             # What a square adds to a variance, its root feels by half, over itself.
@@ -280,7 +279,7 @@ class Average:
     def estimate(self) -> Estimate:
         """The average with its 95 % interval."""
         value = self.value
-        if self._is_share and _ROUNDING < value < 1 - _ROUNDING:
+        if self._is_share and 0 < value < 1:
             half = self._half_width(self._influence / (value * (1 - value)))
             low, high = (float(expit(logit(value) + step)) for step in (-half, half))
         elif self._is_signed or not value > 0:

@@ -18,7 +18,6 @@ from msc.search import cost
 from msc.study._methods import COMMON, N_CHARTS, fit_methods
 from msc.study._sampling import TEST_SUBSETS, take_evenly
 
-N_RESAMPLES = {"quick": 1_000, "full": 20_000}  # of a chapter's bootstrap, by profile
 _SIDE = 1e-9  # rad; a test task is predicted from so far before and behind it
 _OTHER = 1e-3  # of a weight; predictions so far apart are two
 # What a policy did for a task, in a world: methods and training sets often predict the
@@ -46,10 +45,8 @@ class Experiment:
         Charts, as the paper's figures have them; None leaves it to the elbow.
     names : iterable of str, default=COMMON
         Which of `msc.study.methods`; by default not those with other kernels.
-    profile : {"quick", "full"}, default="quick"
-        How many bootstrap resamples an interval rests on.
     seed : int, default=0
-        Seed of the clustering and the resampling.
+        Seed of the clustering.
     datasets : (Dataset, Dataset), optional
         Grid and test tasks, if they are loaded already.
 
@@ -79,19 +76,15 @@ class Experiment:
         chosen: ArrayLike | None = None,
         n_charts: int | None = N_CHARTS,
         names: Iterable[str] = COMMON,
-        profile: str = "quick",
         seed: int = 0,
         datasets: tuple[Dataset, Dataset] | None = None,
     ) -> None:
-        if profile not in N_RESAMPLES:
-            raise ValueError(f"profile={profile!r}; wanted one of {tuple(N_RESAMPLES)}")
         if (n_samples is None) == (chosen is None):
             raise ValueError(
                 f"n_samples={n_samples!r}, chosen={chosen!r}; wanted one of the two"
             )
         self.workspace = Workspace.named(name)
         self.n_charts, self.names, self.seed = n_charts, tuple(names), seed
-        self.n_resamples = N_RESAMPLES[profile]
         grid, test = datasets or (load_dataset(name), load_dataset(f"{name}_test"))
         self.tasks, self.policies, self.table = grid
         self.test_tasks, self.test_policies, self.test_table = test
@@ -310,7 +303,7 @@ class Experiment:
             The ratio and its interval.
         """
         errors = self.squared_errors(subset)
-        return self._compare(f"MSE, {subset}", errors, baseline)
+        return compare(f"MSE, {subset}", errors, "charts", baseline)
 
     def compare_executed(
         self, column: str, baseline: str = "single regression"
@@ -331,17 +324,7 @@ class Experiment:
         """
         names = {"error_cm": "execution error", "excess_cost": "excess cost"}
         errors = self.executed_by_method(column)
-        return self._compare(names[column], errors, baseline)
-
-    def _compare(self, label: str, errors: pd.DataFrame, baseline: str) -> Estimate:
-        return compare(
-            label,
-            errors,
-            "charts",
-            baseline,
-            n_resamples=self.n_resamples,
-            seed=self.seed,
-        )
+        return compare(names[column], errors, "charts", baseline)
 
 
 def execute_policies(
