@@ -14,10 +14,13 @@ from typing import Any, Self
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import ndtri, stdtrit
+from scipy.special import expit, logit, ndtri, stdtrit
 
+# Settled by `benchmarks/coverage.py`:
 N_WAVES = 2  # lowest frequencies round the circle that tell how tasks vary
-WIDER = 1.4  # intervals, for errors with long tails (`benchmarks/coverage.py`)
+WIDER = 2.0  # than Student's t makes them are intervals
+
+_MOST = 100.0  # the logarithm of a factor that says no more than any larger one
 
 Array = NDArray[np.float64]
 
@@ -161,27 +164,14 @@ def compare(
     >>> compare("error", errors, "a", "b")
     error: 0.5 [0.5, 0.5] × b: lower
     """
-    pair = [_check_errors(errors, name) for name in (method, baseline)]
-    if pair[0].shape != pair[1].shape:
-        raise ValueError(
-            f"errors of {method!r} have shape {pair[0].shape}, those of {baseline!r} "
-            f"{pair[1].shape}; wanted the same training sets and test tasks"
-        )
-    top, bottom = (Average(values, weights, spread=spread) for values in pair)
+    for name in (method, baseline):
+        if name not in errors:
+            known = [*errors]
+            raise ValueError(f"no errors of {name!r}; there are those of {known}")
+    top, bottom = (
+        Average(errors[name], weights, spread=spread) for name in (method, baseline)
+    )
     return replace(top.over(bottom), label=label, baseline=baseline)
-
-
-def _check_errors(errors: pd.DataFrame | Mapping[str, ArrayLike], name: str) -> Array:
-    """Return a method's errors, with a row a training set."""
-    if name not in errors:
-        raise ValueError(f"no errors of {name!r}; there are those of {list(errors)}")
-    values = np.atleast_2d(np.asarray(errors[name], dtype=float))
-    if values.ndim > 2 or not values.size:
-        raise ValueError(
-            f"errors of {name!r} have shape {np.shape(errors[name])}; wanted "
-            "(n_test_tasks,) or (n_training_sets, n_test_tasks), at least one of each"
-        )
-    return values
 
 
 class Average:
@@ -189,8 +179,9 @@ class Average:
 
     Parameters
     ----------
-    errors : array_like of shape (n_training_sets, n_test_tasks)
-        Errors; test tasks in their order round the circle.
+    errors : array_like of shape (n_training_sets, n_test_tasks) or (n_test_tasks,)
+        Errors, of which truth values are counted; test tasks in their order round the
+        circle.
     weights : array_like of shape (n_test_tasks,), optional
         How much each test task counts, zero if it does not; by default all the same.
     spread : bool, default=False
@@ -207,29 +198,38 @@ class Average:
     Raises
     ------
     ValueError
-        If there is not a weight a task, or all are zero.
+        If there are no errors, or not a weight a task, or one is negative or all zero.
 
     Notes
     -----
-    Both test tasks and training sets are taken for a sample. An error counts for the
-    average by its influence u(s, t), of mean zero, whose means over the sets, u(t), and
-    over the tasks, u(s), are what the luck of tasks and of sets makes of it. Test tasks
-    beside one another err alike (correlation 0.9), so that 120 are worth some eight.
-    The variance of the mean of such a series is its spectrum at frequency zero over
-    their number; the spectrum is averaged over the two lowest frequencies round the
-    circle [1]_, sine and cosine each, which leaves four degrees of freedom. That of the
-    sets is their variance over their number. Degrees of freedom of the sum are
-    Satterthwaite's, and the quantile is Student's. Of a ratio all this is done for the
-    difference of both influences, each relative to its mean, and holds for the
-    logarithm.
+    Both test tasks and training sets are taken for a sample. An error moves the average
+    by its influence u(s, t), of mean zero: its distance from the mean. The means u(t)
+    over the sets and u(s) over the tasks are what the luck of tasks and of sets makes
+    of it. The variance of the average is the sum of two:
 
-    Means of errors with long tails are surer to be too low than too high, and such an
-    interval covers the truth in 87 % of studies simulated with what was measured of
-    errors here (`benchmarks/coverage.py`). So it is made wider, by the factor `WIDER`.
+    - That of the sets is the variance of u(s) over their number.
+    - Test tasks beside one another err alike, so that 120 of them are worth about ten.
+      The variance of the mean of such a series is its spectrum at frequency zero over
+      their number. It is taken from the lowest `N_WAVES` frequencies round the circle
+      [1]_: for each k, the square of the mean of u(t) exp(i k φ(t)), with two degrees
+      of freedom. The angle φ goes round as weights add up, hence tasks without weight
+      may be left out as well.
 
-    The interval covers which training sets were drawn and which tasks tested, as if
-    this circle of tasks was one of many. It knows nothing of how worlds differ
-    otherwise, nor of another search. A single training set tells nothing of others.
+    Degrees of freedom of the sum are Satterthwaite's, and the quantile is Student's. Of
+    a ratio all this is done for the difference of both influences, each over its mean,
+    and holds for the logarithm; of a positive mean for its logarithm, of a share for
+    that of its odds, of a mean of errors of either sign for itself.
+
+    Spectra fall from frequency zero on, and a mean of errors with long tails is mostly
+    too low, with an interval that is too short. In simulated studies with what was
+    measured of errors here such intervals cover the truth far less often than they
+    should, so they are stretched by the factor `WIDER`: `benchmarks/coverage.py` has
+    the numbers.
+
+    An interval covers which training sets were drawn and which tasks tested, as if this
+    circle of tasks was one of many. It knows nothing of how worlds differ otherwise,
+    nor of another search. A single training set tells nothing of others, nor a single
+    task of others. Where all errors are the same it has no length.
 
     References
     ----------
@@ -253,42 +253,41 @@ class Average:
         *,
         spread: bool = False,
     ) -> None:
-        values = np.asarray(errors)
-        self._most = 1.0 if values.dtype == bool else np.inf  # shares
-        values = values.astype(float)
-        self._is_signed = bool((values < 0).any())
-        n_tasks = values.shape[1]
-        counted = np.ones(n_tasks) if weights is None else np.asarray(weights, float)
-        if counted.shape != (n_tasks,):
+        values = np.atleast_2d(np.asarray(errors))
+        if values.ndim > 2 or not values.size:
             raise ValueError(
-                f"weights have shape {counted.shape}; wanted ({n_tasks},), one a task"
+                f"errors have shape {np.shape(errors)}; wanted (n_test_tasks,) or "
+                "(n_training_sets, n_test_tasks), at least one of each"
             )
-        if not counted.sum() > 0:
-            raise ValueError("weights are all zero; wanted a task that counts")
-        shares = counted / counted.sum()
-        means = values @ shares
+        self._is_share = values.dtype == bool
+        values = values.astype(float)
+        self._is_signed = not spread and bool((values < 0).any())
+        self._shares = _check_weights(weights, values.shape[1])
+        self.per_set = values @ self._shares
+        apart = values - self.per_set[:, None]
         if spread:
-            scaled = (values - means[:, None]) ** 2
-            n_counted = np.count_nonzero(counted)
-            scaled *= n_counted / max(1, n_counted - 1)
-            self.per_set = np.sqrt(scaled @ shares)
-            own = 2 * np.where(self.per_set > 0, self.per_set, np.inf)[:, None]
-            apart = (scaled - self.per_set[:, None] ** 2) / own  # of a root: a half
-        else:
-            self.per_set = means
-            apart = values - means[:, None]
+            n_counted = int(np.count_nonzero(self._shares))
+            squares = apart**2 * n_counted / max(1, n_counted - 1)
+            self.per_set = np.sqrt(squares @ self._shares)
+            # What a square adds to a variance, its root feels by half, over itself.
+            own = np.where(self.per_set > 0, self.per_set, np.inf)[:, None]
+            apart = (squares - self.per_set[:, None] ** 2) / (2 * own)
         self.value = float(self.per_set.mean())
-        of_set = self.per_set[:, None] - self.value
-        self._influence = n_tasks * shares * apart + of_set
+        self._influence = apart + self.per_set[:, None] - self.value
 
     @property
     def estimate(self) -> Estimate:
-        """The average with its 95 % interval; of shares no farther than one."""
-        if not self.value > 0 or self._is_signed:
+        """The average with its 95 % interval."""
+        value = self.value
+        if self._is_share and 0 < value < 1:
+            half = self._half_width(self._influence / (value * (1 - value)))
+            low, high = (float(expit(logit(value) + step)) for step in (-half, half))
+        elif self._is_signed or not value > 0:
             half = self._half_width(self._influence)
-            return Estimate(self.value, self.value - half, self.value + half)
-        found = self._around(self.value, self._influence / self.value)
-        return replace(found, high=min(found.bounds[1], self._most))
+            low, high = value - half, value + half
+        else:
+            low, high = self._around(value, self._influence / value)
+        return Estimate(value, low, high)
 
     def over(self, other: Average) -> Estimate:
         """Divide by another average, of the same training sets and test tasks.
@@ -296,44 +295,78 @@ class Average:
         Parameters
         ----------
         other : Average
-            What to divide by.
+            What to divide by, with the same weights.
 
         Returns
         -------
         Estimate
             The ratio with its 95 % interval. Where either is not positive, there is
             none, and its bounds are not finite.
+
+        Raises
+        ------
+        ValueError
+            If the other is of errors of another shape.
         """
+        shape, its = self._influence.shape, other._influence.shape
+        if shape != its:
+            raise ValueError(
+                f"errors have shape {shape}, those to divide by {its}; wanted the same "
+                "training sets and test tasks"
+            )
         if not min(self.value, other.value) > 0:
-            with np.errstate(divide="ignore", invalid="ignore"):
-                value = float(np.divide(self.value, other.value))
+            value = self.value / other.value if other.value else np.nan
             return Estimate(value, -np.inf, np.inf)
+        ratio = self.value / other.value
         apart = self._influence / self.value - other._influence / other.value
-        return self._around(self.value / other.value, apart)
+        return Estimate(ratio, *self._around(ratio, apart))
 
-    def _around(self, value: float, influence: Array) -> Estimate:
-        """Give a positive number its interval, from influences on its logarithm."""
-        factor = np.exp(self._half_width(influence))
-        return Estimate(value, float(value / factor), float(value * factor))
+    def _around(self, value: float, influence: Array) -> tuple[float, float]:
+        """Return bounds of a positive number, from influences on its logarithm."""
+        half = min(self._half_width(influence), _MOST)
+        return value * float(np.exp(-half)), value * float(np.exp(half))
 
-    @staticmethod
-    def _half_width(influence: Array) -> float:
+    def _half_width(self, influence: Array) -> float:
         """Return half the length of the interval."""
-        n_sets, n_tasks = influence.shape
-        n_waves = min(N_WAVES, (n_tasks - 1) // 2)
-        if n_waves == 0:
-            return np.inf
-        waves = np.fft.rfft(influence.mean(axis=0))[1 : n_waves + 1]
-        parts = [(np.mean(np.abs(waves) ** 2) / n_tasks**2, 2 * n_waves)]
-        if n_sets > 1:
-            of_sets = influence.mean(axis=1).var(ddof=1) / n_sets
-            parts.append((of_sets, n_sets - 1))
-        variances, freedom = np.transpose(parts)
-        total = variances.sum()
-        if total == 0:
-            return 0.0
-        freedom = total**2 / (variances**2 / freedom).sum()  # Satterthwaite's
-        return float(WIDER * stdtrit(freedom, 0.975) * np.sqrt(total))
+        variance, freedom = _variance(influence, self._shares)
+        return float(WIDER * stdtrit(freedom, 0.975) * np.sqrt(variance))
+
+
+def _check_weights(weights: ArrayLike | None, n_tasks: int) -> Array:
+    """Return the share of each task in the whole."""
+    counted = np.ones(n_tasks) if weights is None else np.asarray(weights, float)
+    if counted.shape != (n_tasks,):
+        raise ValueError(
+            f"weights have shape {counted.shape}; wanted ({n_tasks},), one a task"
+        )
+    if not (counted.min() >= 0 and counted.any()):
+        least, most = counted.min(), counted.max()
+        raise ValueError(
+            f"weights from {least:g} to {most:g}; wanted none negative, one positive"
+        )
+    shares: Array = counted / counted.sum()
+    return shares
+
+
+def _variance(
+    influence: Array, shares: Array, n_waves: int = N_WAVES
+) -> tuple[float, float]:
+    """Return the variance of an average, and its degrees of freedom."""
+    n_sets, n_counted = len(influence), int(np.count_nonzero(shares))
+    variances, freedoms = [0.0], [1]
+    if n_counted > 1:
+        waves = np.arange(1, min(n_waves, n_counted // 2) + 1)
+        angles = 2 * np.pi * (np.cumsum(shares) - shares / 2)
+        found = np.exp(1j * np.outer(waves, angles)) @ (influence.mean(axis=0) * shares)
+        variances.append(float(np.mean(np.abs(found) ** 2)))
+        freedoms.append(min(2 * len(waves), n_counted - 1))
+    if n_sets > 1:
+        variances.append(float((influence @ shares).var(ddof=1) / n_sets))
+        freedoms.append(n_sets - 1)
+    total = float(np.sum(variances))
+    # Satterthwaite's: variances of variances add up.
+    weight = float(np.sum(np.square(variances) / freedoms))
+    return total, total**2 / weight if weight else 1.0
 
 
 def quotient(top: Estimate, bottom: Estimate) -> Estimate:

@@ -241,16 +241,10 @@ def test_comparisons_divide_the_means(experiment):
     found = experiment.compare_mse("chart known")
     assert found.value == pytest.approx(means["charts"] / means["single regression"])
     assert found.label == "MSE, chart known"
-    assert found.verdict == "lower"
+    assert found.low < found.value < found.high
     wide = experiment.executed_by_method("error_cm").mean()
     found = experiment.compare_executed("error_cm", baseline="zero policy")
     assert found.value == pytest.approx(wide["charts"] / wide["zero policy"])
-
-
-def test_the_full_profile_resamples_more():
-    full = Experiment("free", n_samples=12, profile="full")
-    quick = Experiment("free", n_samples=12, profile="quick")
-    assert full.n_resamples > 10 * quick.n_resamples >= 1000
 
 
 # Bad input
@@ -259,7 +253,6 @@ def test_the_full_profile_resamples_more():
 @pytest.mark.parametrize(
     ("arguments", "complaint"),
     [
-        ({"profile": "quik"}, r"profile='quik'; wanted one of \('quick', 'full'\)"),
         ({"name": "fre"}, r"workspace='fre'"),
         ({"name": "obstacles"}, r"dataset 'obstacles' is not there"),
         ({"n_samples": 25}, r"n_samples=25 .* at most 24"),

@@ -19,7 +19,6 @@ LITTLE = Profile(
     sweep_charts=(),
     sweep_sizes=(),
     sweep_repetitions=0,
-    n_resamples=100,
     n_elbows=1,
     methods=("single regression", "nearest neighbour"),
 )

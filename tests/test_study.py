@@ -37,7 +37,6 @@ TINY = Profile(
     sweep_charts=(1, 2),
     sweep_sizes=(8,),
     sweep_repetitions=2,
-    n_resamples=100,
     n_elbows=3,
 )
 LEAST = replace(TINY, sizes={"even": (8,)}, repetitions=1, sweep_charts=())
@@ -238,8 +237,6 @@ def test_its_ratios_are_those_of_compare(study, trials):
             "CrKr",
             weights=weights,
             spread=spread,
-            n_resamples=100,
-            seed=3,
         ).stored("ratio")
         (found,) = (
             ratio

@@ -45,21 +45,19 @@ class Profile:
     sweep_charts: tuple[int, ...]  # numbers of charts tried, evenly spaced,
     sweep_sizes: tuple[int, ...]  # at each of these sample sizes,
     sweep_repetitions: int  # on so many training sets, at most
-    n_resamples: int  # of the bootstrap
     n_elbows: int  # resamplings of the policies in which an elbow is looked for
     methods: tuple[str, ...] = METHODS  # who is compared, where others than all are
 
 
 _SIZES = (8, 12, 16, 24, 36, 50, 72, 100, 180, 360)
 PROFILES = {
-    "quick": Profile(3, {"even": (8, 24, 72)}, (1, 4, 8), (24,), 3, 1_000, 5),
+    "quick": Profile(3, {"even": (8, 24, 72)}, (1, 4, 8), (24,), 3, 5),
     "full": Profile(
         30,
         {"even": _SIZES, "uniform": _SIZES, "nonuniform": (16, 24, 50, 100)},
         tuple(range(1, 9)),
         (24, 100, 360),
         10,
-        5_000,
         50,
     ),
 }
@@ -116,7 +114,7 @@ def run_study(
     profile : {"quick", "full"}, default="quick"
         How much to do, see `PROFILES`.
     seed : int, default=0
-        Seed of the training sets, the clustering and the resampling.
+        Seed of the training sets and the clustering.
     jobs : int, default=1
         Worker processes; the result does not depend on them.
     progress : bool, default=False
@@ -152,8 +150,6 @@ def run_study(
         summary = summarise_trials(
             [next(found) for _ in group.sets],
             weights if group.design == "nonuniform" else None,
-            n_resamples=effort.n_resamples,
-            seed=seed,
         )
         measured = {
             "n_samples": len(group.sets[0]),

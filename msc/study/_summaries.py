@@ -16,14 +16,14 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
-from msc.estimates import Resamples, bounded, six_digits
+from msc.estimates import Average, six_digits
 from msc.study._sampling import TEST_SUBSETS
 
 if TYPE_CHECKING:
     from msc.study._trial import Experiment
 
 SAME_KERNEL = ("charts, Matérn", "single, Matérn")  # compared besides "charts"
-FEW = 10  # test tasks; of fewer, a bootstrap's interval is far too narrow
+FEW = 10  # test tasks; fewer say too little of others
 
 Array = NDArray[np.float64]
 Errors = dict[str, pd.DataFrame]
@@ -90,7 +90,7 @@ class Summary(TypedDict):
     """
 
     mean: float
-    low: float  # with `high`: a 95 % interval, see `msc.estimates.Resamples`
+    low: float  # with `high`: a 95 % interval, see `msc.estimates.Average`
     high: float
     std: float
     median: float
@@ -100,7 +100,7 @@ class Summary(TypedDict):
 
 
 class Ratio(TypedDict):
-    """The mean of a method's errors over that of another's, see `Resamples`."""
+    """The mean of a method's errors over that of another's, see `Average`."""
 
     measure: str
     method: str
@@ -116,7 +116,7 @@ class Cell(TypedDict):
     A measure that no test task belongs to is left out, as beside jumps where there are
     none. Ratios are those of "charts" over all others, and of "charts, Matérn" over
     "single, Matérn". Shares have none, nor has what fewer than ten test tasks measure,
-    nor what is divided by nothing.
+    nor has a mean that is not positive, as excess cost may be.
     """
 
     design: str  # "even", "uniform" or "nonuniform"
@@ -163,16 +163,12 @@ def measure_errors(experiment: Experiment) -> Errors:
 def summarise_trials(
     trials: Sequence[Errors],
     weights: pd.Series | None = None,
-    *,
-    n_resamples: int = 1_000,
-    seed: int = 0,
 ) -> dict[str, Any]:
     """Summarise experiments that differ by their training sets alone.
 
     Test tasks count by the weights, indexed as the errors are. Standard deviation,
-    median and 95th percentile are those of all errors, whichever the training set. With
-    three test tasks an interval that is meant to miss one time in twenty misses one in
-    four, hence no ratio of fewer than ten.
+    median and 95th percentile are those of all errors, whichever the training set. Few
+    test tasks tell nothing of others, hence no ratio of fewer than ten.
     """
     measures: dict[str, Any] = {}
     ratios: list[dict[str, Any]] = []
@@ -180,22 +176,20 @@ def summarise_trials(
         if first.empty:
             continue
         counted = None if weights is None else weights.loc[first.index].to_numpy()
-        shape = (len(trials), len(first))
-        draws = Resamples(shape, n_resamples=n_resamples, seed=seed)
         spread = MEASURES[label].is_spread
         measures[label], averages = {}, {}
         for method in map(str, first):
-            errors = np.array([trial[label][method] for trial in trials], dtype=float)
-            per_set = draws.per_set(errors, counted, spread=spread)
-            averages[method] = draws.average(per_set)
-            values = per_set[:1].T if spread else errors
+            errors = np.array([trial[label][method] for trial in trials])
+            found = Average(errors, counted, spread=spread)
+            averages[method], per_set = found, found.per_set
+            values = per_set if spread else errors.astype(float)
             measures[label][method] = {
-                **bounded(averages[method]).stored("mean"),
+                **found.estimate.stored("mean"),
                 **_describe(values, None if spread else counted),
-                "n_tasks": shape[1],
-                "per_repetition": [six_digits(value) for value in per_set[0]],
+                "n_tasks": len(first),
+                "per_repetition": [six_digits(value) for value in per_set],
             }
-        if MEASURES[label].has_ratio and shape[1] >= FEW:
+        if MEASURES[label].has_ratio and len(first) >= FEW:
             ratios += _divide(label, averages)
     return {"measures": measures, "ratios": ratios}
 
@@ -308,14 +302,15 @@ def _describe(errors: Array, weights: ArrayLike | None) -> dict[str, float]:
     }
 
 
-def _divide(label: str, averages: dict[str, Array]) -> list[dict[str, Any]]:
-    """Divide the charts' mean by that of each other method, where that is positive."""
+def _divide(label: str, averages: dict[str, Average]) -> list[dict[str, Any]]:
+    """Divide the charts' mean by that of each other method, where both are positive."""
     pairs = [("charts", other) for other in averages if other != "charts"]
     return [
         {"measure": label, "method": ours, "baseline": theirs}
-        | bounded(averages[ours] / averages[theirs]).stored("ratio")
+        | averages[ours].over(averages[theirs]).stored("ratio")
         for ours, theirs in [*pairs, SAME_KERNEL]
-        if {ours, theirs} <= averages.keys() and (averages[theirs] > 0).all()
+        if {ours, theirs} <= averages.keys()
+        if min(averages[ours].value, averages[theirs].value) > 0
     ]
 
 

@@ -19,7 +19,7 @@ from msc.study._methods import COMMON, fit_methods
 from msc.study._ours import N_CHARTS
 from msc.study._sampling import TEST_SUBSETS, take_evenly
 
-N_RESAMPLES = {"quick": 1_000, "full": 20_000}  # of a chapter's bootstrap, by profile
+TRUE_GATE = ", true gate"  # of such a method: test tasks' own policies tell charts
 _SIDE = 1e-9  # rad; a test task is predicted from so far before and behind it
 _OTHER = 1e-3  # of a weight; predictions so far apart are two
 # What a policy did for a task, in a world: methods and training sets often predict the
@@ -47,10 +47,8 @@ class Experiment:
         Charts, as the paper's figures have them; None leaves it to the elbow.
     names : iterable of str, default=COMMON
         Which of `msc.study.METHODS`; by default those tried on all training sets.
-    profile : {"quick", "full"}, default="quick"
-        How many bootstrap resamples an interval rests on.
     seed : int, default=0
-        Seed of the clustering and the resampling.
+        Seed of the clustering.
     datasets : (Dataset, Dataset), optional
         Grid and test tasks, if they are loaded already.
 
@@ -80,19 +78,15 @@ class Experiment:
         chosen: ArrayLike | None = None,
         n_charts: int | None = N_CHARTS,
         names: Iterable[str] = COMMON,
-        profile: str = "quick",
         seed: int = 0,
         datasets: tuple[Dataset, Dataset] | None = None,
     ) -> None:
-        if profile not in N_RESAMPLES:
-            raise ValueError(f"profile={profile!r}; wanted one of {tuple(N_RESAMPLES)}")
         if (n_samples is None) == (chosen is None):
             raise ValueError(
                 f"n_samples={n_samples!r}, chosen={chosen!r}; wanted one of the two"
             )
         self.workspace = Workspace.named(name)
         self.n_charts, self.names, self.seed = n_charts, tuple(names), seed
-        self.n_resamples = N_RESAMPLES[profile]
         grid, test = datasets or (load_dataset(name), load_dataset(f"{name}_test"))
         self.tasks, self.policies, self.table = grid
         self.test_tasks, self.test_policies, self.test_table = test
@@ -147,16 +141,16 @@ class Experiment:
         """
         return np.asarray(self.methods[name].predict(np.asarray(tasks)))
 
-    @cached_property
-    def known_charts(self) -> NDArray[np.intp]:
+    def known_charts(self, name: str) -> NDArray[np.intp]:
         """Charts of the test tasks by their own policies: that of the nearest policy.
 
-        Only the subset "chart known" may look at a test task's policy.
+        Only the subset "chart known" and methods with a "true gate" may look at a test
+        task's policy.
         """
         nearest = np.linalg.norm(
             self.test_policies[:, None] - self.policies[self.chosen], axis=2
         ).argmin(axis=1)
-        return np.asarray(self.methods["charts"].charts_[nearest])
+        return np.asarray(self.methods[name].charts_[nearest])
 
     @cached_property
     def away_from_jumps(self) -> NDArray[np.bool_]:
@@ -177,7 +171,12 @@ class Experiment:
 
     @cached_property
     def _predictions(self) -> dict[str, NDArray[np.float64]]:
-        return {name: self._from_both_sides(name) for name in self.methods}
+        return {
+            name: self._from_both_sides(
+                name, **({"chart": self.known_charts(name)} if TRUE_GATE in name else {})
+            )
+            for name in self.methods
+        }
 
     def squared_errors(
         self, subset: str = "gate learned", *, standardised: bool = False
@@ -205,7 +204,8 @@ class Experiment:
             raise ValueError(f"subset={subset!r}; wanted one of {TEST_SUBSETS}")
         predictions = dict(self._predictions)
         if subset == "chart known" and "charts" in predictions:
-            known = self._from_both_sides("charts", chart=self.known_charts)
+            chart = self.known_charts("charts")
+            known = self._from_both_sides("charts", chart=chart)
             predictions["charts"] = known
         units = self.policies.var(axis=0) if standardised else 1.0
         errors = {
@@ -216,6 +216,26 @@ class Experiment:
         if subset == "away from jumps":
             return table[self.away_from_jumps]
         return table[~self.away_from_jumps] if subset == "beside jumps" else table
+
+    def measure(self) -> dict[str, NDArray[Any]]:
+        """Measure the one method in every way, one number a test task.
+
+        Returns
+        -------
+        dict from str to ndarray of shape (n_test_tasks,)
+            "mse" and "standardised mse" of policies, "mse, chart known" of the charts,
+            "error_cm", "excess_cost" and "touched" of what they do.
+        """
+        (name,) = self.names
+        found = {
+            "mse": self.squared_errors(),
+            "standardised mse": self.squared_errors(standardised=True),
+        }
+        if name == "charts":
+            found["mse, chart known"] = self.squared_errors("chart known")
+        columns = "error_cm", "excess_cost", "touched"
+        found |= {column: self.executed_by_method(column) for column in columns}
+        return {key: table[name].to_numpy() for key, table in found.items()}
 
     @cached_property
     def executed(self) -> pd.DataFrame:
@@ -312,7 +332,7 @@ class Experiment:
             The ratio and its interval.
         """
         errors = self.squared_errors(subset)
-        return self._compare(f"MSE, {subset}", errors, baseline)
+        return compare(f"MSE, {subset}", errors, "charts", baseline)
 
     def compare_executed(
         self, column: str, baseline: str = "single regression"
@@ -333,17 +353,7 @@ class Experiment:
         """
         names = {"error_cm": "execution error", "excess_cost": "excess cost"}
         errors = self.executed_by_method(column)
-        return self._compare(names[column], errors, baseline)
-
-    def _compare(self, label: str, errors: pd.DataFrame, baseline: str) -> Estimate:
-        return compare(
-            label,
-            errors,
-            "charts",
-            baseline,
-            n_resamples=self.n_resamples,
-            seed=self.seed,
-        )
+        return compare(names[column], errors, "charts", baseline)
 
 
 def execute_policies(
