@@ -7,10 +7,11 @@ study, the claims) is loaded by the faces `msc.search`, … when a command asks 
 """
 
 import argparse
+import re
 import sys
 from collections.abc import Sequence
-from itertools import product
 from pathlib import Path
+from typing import Any
 
 import msc.claims
 import msc.plots
@@ -294,6 +295,9 @@ def _add_evaluate(commands: Commands) -> None:
         default=Path("data/results"),
         help="a folder (data/results)",
     )
+    parser.add_argument(
+        "--methods", metavar="NAME,…", help="whom to try (all, where that is stale)"
+    )
     parser.set_defaults(run=_run_evaluate)
 
 
@@ -310,11 +314,21 @@ def _run_evaluate(options: argparse.Namespace) -> None:
         check_output(out, ".json")
         for table in (world, f"{world}_test"):
             load_dataset(table)
-    ways = {"study": msc.study.run_study, "elbow": msc.study.run_elbows}
-    for world, (kind, run) in product(worlds, ways.items()):
-        out = folder / f"{kind}_{world}.json"
-        replace_file(out, msc.study.format_study(run(world, **what)))
-        print(out)
+    names = options.methods
+    # A comma before a space is part of a name, as in "charts, Matérn".
+    wanted = re.split(",(?! )", names) if names else None
+    for world in worlds:
+        study = msc.study.run_study(world, folder, names=wanted, **what)
+        _tell_results(folder / f"study_{world}.json", study)
+        if wanted is None:
+            found = msc.study.run_elbows(world, **what)
+            _tell_results(folder / f"elbow_{world}.json", found)
+
+
+def _tell_results(out: Path, found: Any) -> None:
+    """Write results, and say where."""
+    replace_file(out, msc.study.format_study(found))
+    print(out)
 
 
 def _add_claims(commands: Commands) -> None:

@@ -79,12 +79,13 @@ def method_path(folder: Path, world: str, name: str) -> Path:
 
 
 @cache
-def identify_module(name: str) -> str:
+def identify_module(name: str, *, without: str = "") -> str:
     """Identify what a module and all of this package that it imports compute.
 
-    Comments, docstrings and the layout of the source do not count.
+    Comments, docstrings and the layout of the source do not count, nor does the module
+    `without`.
     """
-    digest, known, waiting = hashlib.sha256(), set[str](), [name]
+    digest, known, waiting = hashlib.sha256(), {without}, [name]
     sources = {}
     while waiting:
         module = waiting.pop()

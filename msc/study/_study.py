@@ -7,31 +7,32 @@ as in Eq. 1. Every training set is fitted and tested in a worker, on the same da
 
 from __future__ import annotations
 
+import hashlib
+import json
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import partial
 from importlib import metadata
-from itertools import product
+from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
 from msc._parallel import call_in_order
-from msc.data import describe_origin, find_data, load_dataset
+from msc.data import Dataset, describe_origin, find_data, find_jumps, load_dataset
 from msc.learn import SMCE
 from msc.study._choices import measure_elbows
 from msc.study._gates import average_gates, compare_gates
-from msc.study._methods import COMMON, METHODS, N_CHARTS
+from msc.study._methods import METHODS
+from msc.study._ours import N_CHARTS
 from msc.study._sampling import Indices, draw_samples, task_density
-from msc.study._summaries import (
-    Errors,
-    Study,
-    measure_errors,
-    summarise_trials,
-)
-from msc.study._trial import Experiment
+from msc.study._store import Trials, identify_module, method_path
+from msc.study._summaries import summarise_cell
+from msc.study._trial import RAW, Experiment, away_from_jumps
+from press import checksum
 
+_REGISTRY = "msc.study._methods"  # a line more there changes no other method
 _PACKAGES = ("numpy", "scikit-learn", "cvxpy", "pybullet")
 AT_RANDOM = 15  # training sets of each size at most, where they are drawn at random
 
@@ -42,75 +43,88 @@ class Profile:
 
     repetitions: int  # training sets of each size and design, at most
     sizes: dict[str, tuple[int, ...]]  # of samples, by design
-    sweep_charts: tuple[int, ...]  # numbers of charts tried, evenly spaced,
-    sweep_sizes: tuple[int, ...]  # at each of these sample sizes,
+    some_sizes: tuple[int, ...]  # evenly spaced, of methods not tried on all sets,
+    some_repetitions: int  # on so many training sets, at most
+    sweep_sizes: tuple[int, ...]  # evenly spaced, for every number of charts,
     sweep_repetitions: int  # on so many training sets, at most
-    n_elbows: int  # resamplings of the policies in which an elbow is looked for
-    methods: tuple[str, ...] = METHODS  # who is compared, where others than all are
+    n_elbows: int  # parts of the policies in which an elbow is looked for
+    methods: tuple[str, ...] = tuple(METHODS)  # who is compared
 
 
 _SIZES = (8, 12, 16, 24, 36, 50, 72, 100, 180, 360)
 PROFILES = {
-    "quick": Profile(3, {"even": (8, 24, 72)}, (1, 4, 8), (24,), 3, 5),
+    "quick": Profile(3, {"even": (8, 24, 72)}, (24,), 1, (24,), 3, 5),
     "full": Profile(
-        30,
-        {"even": _SIZES, "uniform": _SIZES, "nonuniform": (16, 24, 50, 100)},
-        tuple(range(1, 9)),
-        (24, 100, 360),
-        10,
-        50,
+        repetitions=30,
+        sizes={"even": _SIZES, "uniform": _SIZES, "nonuniform": (16, 24, 50, 100)},
+        some_sizes=(12, 24, 50),
+        some_repetitions=10,
+        sweep_sizes=(24, 100, 360),
+        sweep_repetitions=10,
+        n_elbows=50,
     ),
 }
 
-
-@dataclass(frozen=True)
-class Group:
-    """Training sets whose trials are summarised together."""
-
-    design: str
-    sets: list[Indices]  # of the tasks
-    n_charts: int = N_CHARTS
-    names: tuple[str, ...] = METHODS
-    is_sweep: bool = False  # whether it is the number of charts that is tried
+# By design and number of samples, training sets.
+Sets = dict[tuple[str, int], list[Indices]]
 
 
-def list_groups(profile: Profile, tasks: NDArray[np.float64], seed: int) -> list[Group]:
-    """Draw all training sets: of all methods by design and size, then of the sweep."""
+def list_sets(profile: Profile, tasks: NDArray[np.float64], seed: int) -> Sets:
+    """Draw all training sets there are."""
+    sizes = {**profile.sizes}
+    some = profile.some_sizes + profile.sweep_sizes
+    sizes["even"] = tuple(sorted({*sizes.get("even", ()), *some}))
+    return {
+        (design, n_samples): draw_samples(
+            design,
+            tasks,
+            n_samples,
+            n_draws=min(profile.repetitions, AT_RANDOM)
+            if design != "even"
+            else profile.repetitions,
+            seed=seed,
+        )
+        for design, of_design in sizes.items()
+        for n_samples in of_design
+    }
 
-    def draw(design: str, n_samples: int, n_draws: int) -> list[Indices]:
-        return draw_samples(design, tasks, n_samples, n_draws=n_draws, seed=seed)
 
-    groups = []
-    for design, sizes in profile.sizes.items():
-        is_even = design == "even"
-        known = METHODS if is_even else COMMON
-        names = tuple(name for name in known if name in profile.methods)
-        most = profile.repetitions
-        n_draws = most if is_even else min(most, AT_RANDOM)
-        groups += [
-            Group(design, draw(design, n_samples, n_draws), names=names)
-            for n_samples in sizes
-        ]
-    for n_charts, n_samples in product(profile.sweep_charts, profile.sweep_sizes):
-        sets = draw("even", n_samples, profile.sweep_repetitions)
-        groups.append(Group("even", sets, n_charts, ("charts",), is_sweep=True))
-    return groups
+def sets_of(name: str, profile: Profile, sets: Sets) -> Sets:
+    """Take the training sets that a method is tried on."""
+    kind = METHODS[name].sets
+    if kind == "all":
+        wanted = {(design, n) for design, sizes in profile.sizes.items() for n in sizes}
+        return {key: some for key, some in sets.items() if key in wanted}
+    if kind == "even":
+        wanted = {("even", n) for n in profile.sizes.get("even", ())}
+        return {key: some for key, some in sets.items() if key in wanted}
+    sizes, most = profile.some_sizes, profile.some_repetitions
+    if kind == "sweep":
+        sizes, most = profile.sweep_sizes, profile.sweep_repetitions
+    return {("even", n): sets["even", n][:most] for n in sizes}
 
 
 def run_study(
-    name: str,
+    world: str,
+    folder: Path,
     *,
+    names: Iterable[str] | None = None,
     profile: str = "quick",
     seed: int = 0,
     jobs: int = 1,
     progress: bool = False,
-) -> Study:
-    """Fit all methods to many training sets of a workspace, and test them.
+) -> Any:
+    """Fit methods to many training sets of a workspace, and test them.
 
     Parameters
     ----------
-    name : {"free", "obstacles"}
+    world : {"free", "obstacles"}
         The workspace and its data.
+    folder : Path
+        Where each method's results are kept, see `msc.study.method_path`. What is there
+        and still holds is not done again.
+    names : iterable of str, optional
+        Whom to try, if that has to be done again; by default all that the profile has.
     profile : {"quick", "full"}, default="quick"
         How much to do, see `PROFILES`.
     seed : int, default=0
@@ -123,51 +137,147 @@ def run_study(
     Returns
     -------
     dict
-        Laid out as `msc.study.Study` says.
+        Laid out as `msc.study.Study` says, of all methods whose results are there.
 
     Raises
     ------
     ValueError
-        If the workspace or the profile is another, or its data are unusable.
+        If the workspace, the profile or a method is unknown, the data are unusable, or
+        results of other tables, another protocol or other code are there, of a method
+        that is not among those to be tried.
     """
     effort = _effort(profile)
-    datasets = grid, test = load_dataset(name), load_dataset(f"{name}_test")
-    weights = pd.Series(task_density(test.tasks[:, 0]), index=test.task_deg)
-    groups = list_groups(effort, grid.tasks, seed)
-    calls = [
-        (group.n_charts, group.names, chosen)
-        for group in groups
-        for chosen in group.sets
-    ]
-    fit_and_test = partial(_fit_and_test, name, datasets=datasets, seed=seed)
-    label = f"study, {name}"
-    found = iter(
-        call_in_order(fit_and_test, calls, jobs=jobs, label=label, progress=progress)
-    )
-    cells: list[Any] = []
-    sweep: list[Any] = []
-    for group in groups:
-        summary = summarise_trials(
-            [next(found) for _ in group.sets],
-            weights if group.design == "nonuniform" else None,
-        )
-        measured = {
-            "n_samples": len(group.sets[0]),
-            "repetitions": len(group.sets),
-            "measures": summary["measures"],
-        }
-        if group.is_sweep:
-            sweep.append({"n_charts": group.n_charts, **measured})
-        else:
-            cells.append(
-                {"design": group.design, **measured, "ratios": summary["ratios"]}
+    wanted = tuple(effort.methods if names is None else names)
+    if unknown := [name for name in wanted if name not in METHODS]:
+        raise ValueError(f"methods={unknown} are unknown; wanted some of {[*METHODS]}")
+    datasets = grid, test = load_dataset(world), load_dataset(f"{world}_test")
+    sets = list_sets(effort, grid.tasks, seed)
+    origin = partial(_about, world, effort, sets, profile=profile, seed=seed)
+    work = partial(_fit_and_test, world, datasets=datasets, seed=seed)
+    for name in wanted:
+        path = method_path(folder, world, name)
+        if _agrees(Trials.read(path), origin(name)):
+            continue
+        own = sets_of(name, effort, sets)
+        calls = [(name, chosen) for some in own.values() for chosen in some]
+        label = f"{name}, {world}"
+        found = call_in_order(work, calls, jobs=jobs, label=label, progress=progress)
+        _gather(own, found, origin(name), len(test.tasks)).write(path)
+    known = {}
+    for name in effort.methods:
+        trials = Trials.read(method_path(folder, world, name))
+        if trials is None:
+            continue
+        if not _agrees(trials, origin(name)):
+            raise ValueError(
+                f"{name!r}: what is kept of it in {world!r} rests on other tables, "
+                "another protocol or other code; make it anew: msc evaluate "
+                f"--profile {profile} --methods {name!r}"
             )
+        known[name] = trials
     return {
-        "workspace": name,
+        "workspace": world,
         "profile": profile,
         "seed": seed,
         "n_charts": N_CHARTS,
-        "provenance": _provenance(name, profile, seed),
+        "provenance": _provenance(world, profile, seed),
+        **_summarise(datasets, sets, known),
+    }
+
+
+def _about(
+    world: str, effort: Profile, sets: Sets, name: str, *, profile: str, seed: int
+) -> dict[str, Any]:
+    """Say what a method's results rest on."""
+    tables = (find_data() / f"{table}.csv" for table in (world, f"{world}_test"))
+    own = sets_of(name, effort, sets).items()
+    drawn = [[*key, *np.array(some).tolist()] for key, some in own]
+    digest = hashlib.sha256(json.dumps(drawn).encode())
+    digest.update(identify_module("msc.study._trial", without=_REGISTRY).encode())
+    return {
+        "method": name,
+        "world": world,
+        "profile": profile,
+        "seed": seed,
+        "tables": {table.name: checksum(table) for table in tables},
+        "protocol": digest.hexdigest(),
+        "code": identify_module(f"msc.study.{METHODS[name].module}"),
+        "versions": {package: metadata.version(package) for package in _PACKAGES},
+    }
+
+
+def _agrees(trials: Trials | None, wanted: dict[str, Any]) -> bool:
+    """Whether results are there, and rest on what they would rest on now."""
+    if trials is None:
+        return False
+    return {key: trials.about.get(key) for key in wanted} == wanted
+
+
+def _fit_and_test(
+    world: str, name: str, chosen: NDArray[np.intp], **what: Any
+) -> dict[str, NDArray[Any]] | str:
+    """Fit and test on one training set, in a worker; or tell why it failed."""
+    try:
+        return Experiment(world, chosen=chosen, names=[name], **what).measure()
+    except Exception as error:  # whatever a method of others raises
+        return f"{type(error).__name__}: {error}"
+
+
+def _gather(
+    sets: Sets, found: Iterable[Any], about: dict[str, Any], n_tasks: int
+) -> Trials:
+    """Put what was found on each set, one after another, into arrays."""
+    results, failed = iter(found), {}
+    errors: dict[str, Any] = {}
+    nothing = dict.fromkeys(RAW, np.full(n_tasks, np.nan))
+    for (design, n_samples), some in sets.items():
+        rows = []
+        for number in range(len(some)):
+            one = next(results)
+            if isinstance(one, str):
+                failed[f"{design}/{n_samples}/{number}"] = one
+            rows.append(nothing if isinstance(one, str) else one)
+        for key in set.intersection(*(set(row) for row in rows)):
+            errors[f"{design}/{n_samples}/{key}"] = np.array([row[key] for row in rows])
+    return Trials({**about, "failed": failed}, dict(sorted(errors.items())))
+
+
+def _summarise(
+    datasets: tuple[Dataset, Dataset], sets: Sets, known: Mapping[str, Trials]
+) -> Any:
+    """Summarise all methods, by design and size, and the sweep over charts."""
+    grid, test = datasets
+    jumps = find_jumps(grid.tasks, grid.policies)
+    density = task_density(test.tasks[:, 0])
+    cells, sweep = [], []
+    for (design, n_samples), drawn in sets.items():
+        away = away_from_jumps(grid.tasks, jumps, test.tasks, n_samples)
+        weights = density if design == "nonuniform" else np.ones(len(density))
+        start = f"{design}/{n_samples}/"
+        found = {
+            name: {
+                key.removeprefix(start): errors
+                for key, errors in trials.errors.items()
+                if key.startswith(start)
+            }
+            for name, trials in known.items()
+        }
+        found = {name: raw for name, raw in found.items() if raw}
+        counted = [name for name in found if METHODS[name].sets == "sweep"]
+        for name in counted:
+            raw = found.pop(name)
+            n_sets = len(raw["mse"])
+            measures = summarise_cell({"charts": raw}, away, weights)["measures"]
+            n_charts = int(name.split()[0])
+            one = {"n_charts": n_charts, "n_samples": n_samples, "repetitions": n_sets}
+            sweep.append({**one, "measures": measures})
+        if found:
+            of = {"design": design, "n_samples": n_samples, "repetitions": len(drawn)}
+            cells.append({**of, **summarise_cell(found, away, weights)})
+    failed = {name: one.about["failed"] for name, one in known.items()}
+    sweep.sort(key=lambda one: (one["n_charts"], one["n_samples"]))
+    return {
+        "failed": {name: why for name, why in failed.items() if why},
         "cells": cells,
         "sweep": sweep,
     }
@@ -242,19 +352,6 @@ def _effort(profile: str) -> Profile:
     if profile not in PROFILES:
         raise ValueError(f"profile={profile!r}; wanted one of {tuple(PROFILES)}")
     return PROFILES[profile]
-
-
-def _fit_and_test(
-    name: str,
-    n_charts: int,
-    names: tuple[str, ...],
-    chosen: NDArray[np.intp],
-    **what: Any,
-) -> Errors:
-    """Fit and test on one training set, in a worker."""
-    return measure_errors(
-        Experiment(name, chosen=chosen, n_charts=n_charts, names=names, **what)
-    )
 
 
 def _provenance(name: str, profile: str, seed: int) -> Any:

@@ -8,25 +8,22 @@ from __future__ import annotations
 
 import json
 import re
-from collections.abc import Callable, Mapping, Sequence
-from operator import methodcaller
-from typing import TYPE_CHECKING, Any, NamedTuple, TypedDict
+from collections.abc import Mapping
+from typing import Any, NamedTuple, TypedDict
 
 import numpy as np
-import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from msc.estimates import Average, six_digits
-from msc.study._sampling import TEST_SUBSETS
 
-if TYPE_CHECKING:
-    from msc.study._trial import Experiment
-
-SAME_KERNEL = ("charts, Matérn", "single, Matérn")  # compared besides "charts"
+SAME_KERNEL = (  # compared besides "charts" with all others
+    ("charts, Matérn", "single, Matérn"),
+    ("charts, one kernel", "single, one kernel"),
+    ("charts, Matérn, one kernel", "single, Matérn, one kernel"),
+)
 FEW = 10  # test tasks; fewer say too little of others
 
 Array = NDArray[np.float64]
-Errors = dict[str, pd.DataFrame]
 
 
 class Measure(NamedTuple):
@@ -34,9 +31,13 @@ class Measure(NamedTuple):
 
     key: str  # in a study
     name: str  # where it is shown
-    errors: Callable[[Experiment], pd.DataFrame]  # a row a test task, a column a method
+    raw: (
+        str  # what of `Experiment.measure` it is taken from; "mse" if that is not there
+    )
     unit: str = ""  # policy weights have none
+    side: str = ""  # test tasks "away" from jumps or "beside" them; all, if empty
     has_ratio: bool = True  # no share has: it is often zero
+    is_near: bool = False  # whether it is below one
     is_spread: bool = False  # a standard deviation over the test tasks, not their mean
     of: str = ""  # what a mean squared error is taken of
 
@@ -51,34 +52,32 @@ class Measure(NamedTuple):
         return f"mean squared error\nof {self.of}" if self.of else self.label
 
 
-def _mse(subset: str, *, standardised: bool = False) -> Measure:
+def _mse(subset: str, raw: str = "mse", side: str = "") -> Measure:
     """Return the measure of squared errors of policies on a test subset."""
-    word = "standardised " if standardised else ""
-    errors = methodcaller("squared_errors", subset=subset, standardised=standardised)
+    word = "standardised " if "standardised" in raw else ""
     key, name = f"{word}mse, {subset}", f"{word}MSE, {subset}"
-    return Measure(key, name, errors, of=f"{word}policies, {subset}")
+    return Measure(key, name, raw, side=side, of=f"{word}policies, {subset}")
 
 
-def _is_near(experiment: Experiment) -> pd.DataFrame:
-    """Tell who ended within a centimetre of the target."""
-    return experiment.executed_by_method("error_cm") < 1
-
-
-_ERROR, _EXCESS, _TOUCHED = (
-    methodcaller("executed_by_method", column=column)
-    for column in ("error_cm", "excess_cost", "touched")
-)
-_SPREAD = "spread of distances at the end"
 MEASURES = {
     measure.key: measure
     for measure in (
-        *map(_mse, TEST_SUBSETS),
-        _mse("gate learned", standardised=True),
-        Measure("error_cm", "distance at the end", _ERROR, "cm"),
-        Measure("excess_cost", "excess cost", _EXCESS),
-        Measure("under_1_cm", "under_1_cm", _is_near, has_ratio=False),
-        Measure("touched", "touched", _TOUCHED, has_ratio=False),
-        Measure("error_cm spread", _SPREAD, _ERROR, "cm", is_spread=True),
+        _mse("gate learned"),
+        _mse("chart known", "mse, chart known"),
+        _mse("away from jumps", side="away"),
+        _mse("beside jumps", side="beside"),
+        _mse("gate learned", "standardised mse"),
+        Measure("error_cm", "distance at the end", "error_cm", "cm"),
+        Measure("excess_cost", "excess cost", "excess_cost"),
+        Measure("under_1_cm", "under_1_cm", "error_cm", has_ratio=False, is_near=True),
+        Measure("touched", "touched", "touched", has_ratio=False),
+        Measure(
+            "error_cm spread",
+            "spread of distances at the end",
+            "error_cm",
+            "cm",
+            is_spread=True,
+        ),
     )
 }
 
@@ -151,47 +150,72 @@ class Study(TypedDict):
     seed: int
     n_charts: int
     provenance: Provenance
+    failed: dict[str, dict[str, str]]  # by method, by "design/n_samples/set": why
     cells: list[Cell]
     sweep: list[SweepCell]
 
 
-def measure_errors(experiment: Experiment) -> Errors:
-    """Measure an experiment in every way: a row a test task, a column a method."""
-    return {key: measure.errors(experiment) for key, measure in MEASURES.items()}
-
-
-def summarise_trials(
-    trials: Sequence[Errors],
-    weights: pd.Series | None = None,
+def summarise_cell(
+    found: Mapping[str, Mapping[str, NDArray[Any]]],
+    away: NDArray[np.bool_],
+    weights: Array,
 ) -> dict[str, Any]:
-    """Summarise experiments that differ by their training sets alone.
+    """Summarise what methods did on the training sets of a design and size.
 
-    Test tasks count by the weights, indexed as the errors are. Standard deviation,
-    median and 95th percentile are those of all errors, whichever the training set. Few
-    test tasks tell nothing of others, hence no ratio of fewer than ten.
+    Parameters
+    ----------
+    found : mapping
+        By method, and by raw measure, an array with a row a training set and a column a
+        test task. A method may have fewer sets than another, the first ones.
+    away : ndarray of shape (n_test_tasks,)
+        Which test tasks are away from jumps.
+    weights : ndarray of shape (n_test_tasks,)
+        How much each counts.
+
+    Returns
+    -------
+    dict
+        "measures" and "ratios" of a `Cell`. What could not be fitted has no mean.
     """
-    measures: dict[str, Any] = {}
+    measures: dict[str, dict[str, Any]] = {}
     ratios: list[dict[str, Any]] = []
-    for label, first in trials[0].items():
-        if first.empty:
+    for key, measure in MEASURES.items():
+        sides = {"": np.ones_like(away), "away": away, "beside": ~away}
+        counted = weights * sides[measure.side]
+        if not counted.any():
             continue
-        counted = None if weights is None else weights.loc[first.index].to_numpy()
-        spread = MEASURES[label].is_spread
-        measures[label], averages = {}, {}
-        for method in map(str, first):
-            errors = np.array([trial[label][method] for trial in trials])
-            found = Average(errors, counted, spread=spread)
-            averages[method], per_set = found, found.per_set
-            values = per_set if spread else errors.astype(float)
-            measures[label][method] = {
-                **found.estimate.stored("mean"),
-                **_describe(values, None if spread else counted),
-                "n_tasks": len(first),
-                "per_repetition": [six_digits(value) for value in per_set],
-            }
-        if MEASURES[label].has_ratio and len(first) >= FEW:
-            ratios += _divide(label, averages)
+        values = {name: _take(raw, measure) for name, raw in found.items()}
+        measures[key] = {
+            name: _summarise(errors, counted, measure)
+            for name, errors in values.items()
+        }
+        if measure.has_ratio and np.count_nonzero(counted) >= FEW:
+            ratios += _divide(values, counted, measure)
     return {"measures": measures, "ratios": ratios}
+
+
+def _take(raw: Mapping[str, NDArray[Any]], measure: Measure) -> NDArray[Any]:
+    """Return a method's errors by a measure."""
+    errors = raw[measure.raw if measure.raw in raw else "mse"]
+    return errors < 1 if measure.is_near else errors
+
+
+def _summarise(errors: NDArray[Any], weights: Array, measure: Measure) -> Any:
+    """Summarise a method's errors on all of its training sets."""
+    if np.isnan(errors).any():  # of a fit that failed: no mean tells of the others
+        names = "mean", "low", "high", "std", "median", "p95"
+        return {**dict.fromkeys(names), "n_tasks": 0, "per_repetition": []}
+    found = Average(errors, weights, spread=measure.is_spread)
+    counts = weights > 0
+    values, counted = found.per_set, None
+    if not measure.is_spread:
+        values, counted = errors[:, counts].astype(float), weights[counts]
+    return {
+        **found.estimate.stored("mean"),
+        **_describe(values, counted),
+        "n_tasks": int(np.count_nonzero(counts)),
+        "per_repetition": [six_digits(value) for value in found.per_set],
+    }
 
 
 def find_cell(study: Mapping[str, Any], design: str, n_samples: int) -> dict[str, Any]:
@@ -302,16 +326,24 @@ def _describe(errors: Array, weights: ArrayLike | None) -> dict[str, float]:
     }
 
 
-def _divide(label: str, averages: dict[str, Average]) -> list[dict[str, Any]]:
-    """Divide the charts' mean by that of each other method, where both are positive."""
-    pairs = [("charts", other) for other in averages if other != "charts"]
-    return [
-        {"measure": label, "method": ours, "baseline": theirs}
-        | averages[ours].over(averages[theirs]).stored("ratio")
-        for ours, theirs in [*pairs, SAME_KERNEL]
-        if {ours, theirs} <= averages.keys()
-        if min(averages[ours].value, averages[theirs].value) > 0
-    ]
+def _divide(
+    values: Mapping[str, NDArray[Any]], weights: Array, measure: Measure
+) -> list[dict[str, Any]]:
+    """Divide means of pairs by each other, on the training sets that both have."""
+    ratios = []
+    others = [("charts", other) for other in values if other != "charts"]
+    for pair in [*others, *SAME_KERNEL]:
+        if not set(pair) <= values.keys():
+            continue
+        n_sets = min(len(values[name]) for name in pair)
+        both = [values[name][:n_sets] for name in pair]
+        if any(np.isnan(errors).any() for errors in both):
+            continue
+        top, bottom = (Average(e, weights, spread=measure.is_spread) for e in both)
+        if min(top.value, bottom.value) > 0:
+            of = {"measure": measure.key, "method": pair[0], "baseline": pair[1]}
+            ratios.append(of | top.over(bottom).stored("ratio"))
+    return ratios
 
 
 def _join_lines(found: re.Match[str]) -> str:

@@ -20,6 +20,7 @@ from msc.study._ours import N_CHARTS
 from msc.study._sampling import TEST_SUBSETS, take_evenly
 
 TRUE_GATE = ", true gate"  # of such a method: test tasks' own policies tell charts
+RAW = ("mse", "standardised mse", "error_cm", "excess_cost", "touched")
 _SIDE = 1e-9  # rad; a test task is predicted from so far before and behind it
 _OTHER = 1e-3  # of a weight; predictions so far apart are two
 # What a policy did for a task, in a world: methods and training sets often predict the
@@ -159,10 +160,7 @@ class Experiment:
         The same tasks whichever set of a size is drawn. Where sets are drawn at random,
         some training tasks lie farther apart, with a jump and an "away" task between.
         """
-        step = 2 * np.pi / self.n_samples
-        places = (self.tasks[self.jumps] + self.tasks[self.jumps + 1]) / 2
-        gaps = np.abs(self.test_tasks - places.reshape(1, -1))
-        return np.asarray((gaps > step + _SIDE).all(axis=1))
+        return away_from_jumps(self.tasks, self.jumps, self.test_tasks, self.n_samples)
 
     def _from_both_sides(self, name: str, **known: Any) -> NDArray[np.float64]:
         """Predict the test tasks (2, n_test_tasks, n_params)."""
@@ -171,10 +169,13 @@ class Experiment:
 
     @cached_property
     def _predictions(self) -> dict[str, NDArray[np.float64]]:
+        told = {
+            name: {"chart": self.known_charts(name)}
+            for name in self.methods
+            if TRUE_GATE in name
+        }
         return {
-            name: self._from_both_sides(
-                name, **({"chart": self.known_charts(name)} if TRUE_GATE in name else {})
-            )
+            name: self._from_both_sides(name, **told.get(name, {}))
             for name in self.methods
         }
 
@@ -354,6 +355,18 @@ class Experiment:
         names = {"error_cm": "execution error", "excess_cost": "excess cost"}
         errors = self.executed_by_method(column)
         return compare(names[column], errors, "charts", baseline)
+
+
+def away_from_jumps(
+    tasks: NDArray[np.float64],
+    jumps: NDArray[np.intp],
+    test_tasks: NDArray[np.float64],
+    n_samples: int,
+) -> NDArray[np.bool_]:
+    """Tell which test tasks are farther from every jump than n samples lie apart."""
+    places = (tasks[jumps] + tasks[jumps + 1]) / 2
+    gaps = np.abs(test_tasks - places.reshape(1, -1))
+    return np.asarray((gaps > 2 * np.pi / n_samples + _SIDE).all(axis=1))
 
 
 def execute_policies(
