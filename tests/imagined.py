@@ -104,7 +104,13 @@ def imagine_study(right, world):
         one["measures"][MSES[0]]["charts"] = summary(20 - (one["n_charts"] - 4) ** 2)
     provenance = {"command": "", "data": {}, "versions": {}}
     head = {"workspace": world, "profile": "full", "seed": 0, "n_charts": 4}
-    return {**head, "provenance": provenance, "cells": cells, "sweep": sweep}
+    return {
+        **head,
+        "provenance": provenance,
+        "failed": {},
+        "cells": cells,
+        "sweep": sweep,
+    }
 
 
 def imagine_measures(right, world, size):

@@ -1,5 +1,6 @@
 """Whether plain data are laid out as a type says: typed dictionaries and lists."""
 
+from types import UnionType
 from typing import get_args, get_origin, get_type_hints, is_typeddict
 
 
@@ -8,6 +9,9 @@ def departures(value, kind, place="it"):
     origin = get_origin(kind) or kind
     if is_typeddict(kind):
         return _of_fields(value, get_type_hints(kind), place)
+    if origin is UnionType:
+        fits = any(not departures(value, one, place) for one in get_args(kind))
+        return [] if fits else [f"{place} is {value!r}; wanted {kind}"]
     if not _is_one(value, origin):
         return [f"{place} is {value!r}; wanted {kind}"]
     if origin is dict:

@@ -16,7 +16,8 @@ SHORT = "--tasks 4 --jobs 1 --set max_evaluations=45 --set max_sweeps=1"
 LITTLE = Profile(
     repetitions=2,
     sizes={"even": (4,)},
-    sweep_charts=(),
+    some_sizes=(),
+    some_repetitions=0,
     sweep_sizes=(),
     sweep_repetitions=0,
     n_elbows=1,
@@ -76,7 +77,9 @@ def repository(tmp_path, monkeypatch):
 def test_from_four_tasks_to_a_page(repository):
     run(f"search --workspace free {SHORT} --out data/free.csv")
     run(f"search --workspace free {SHORT} --offset 45 --out data/free_test.csv")
-    write_json(Path("data/results/study_free.json"), run_study("free"))
+    write_json(
+        Path("data/results/study_free.json"), run_study("free", Path("data/results"))
+    )
     run("claims --out data/results/claims.json")
     index = build_book(root=repository, subject=make_subject(repository))
 

@@ -4,12 +4,12 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
-import pandas as pd
 import pytest
 from imagined import imagine_study, imagine_table
 from joblib.externals.loky import get_reusable_executor
 from schema import departures
 
+import msc.study._study
 from msc.cli import main
 from msc.data import save_table
 from msc.estimates import compare
@@ -25,21 +25,28 @@ from msc.study import (
 )
 from msc.study._methods import COMMON, METHODS
 from msc.study._sampling import DESIGNS
-from msc.study._study import PROFILES, Profile, list_groups
-from msc.study._summaries import measure_errors, summarise_trials
+from msc.study._store import Trials, method_path
+from msc.study._study import PROFILES, Profile, list_sets, sets_of
+from msc.study._summaries import summarise_cell
 from press import checksum
 
 ROOT = Path(__file__).parents[1]
 GRID, TEST = np.arange(0, 360, 15.0), np.array([5.0, 95.0, 170.0, 200.0, 292.0])
+EVEN = ("single, Matérn", "charts, Matérn", "ladder: SMCE, true gate")
+SOME = ("mean policy, projected", "change points")
+SWEEP = ("1 chart", "2 charts")
 TINY = Profile(
     2,
     {"even": (8, 24), "uniform": (8,), "nonuniform": (8,)},
-    sweep_charts=(1, 2),
+    some_sizes=(8,),
+    some_repetitions=1,
     sweep_sizes=(8,),
     sweep_repetitions=2,
     n_elbows=3,
+    methods=(*COMMON, *EVEN, *SOME, *SWEEP),
 )
-LEAST = replace(TINY, sizes={"even": (8,)}, repetitions=1, sweep_charts=())
+FEW = ("charts", "single regression", "CrKr")
+LEAST = replace(TINY, sizes={"even": (8,)}, repetitions=1, methods=FEW)
 
 
 ORIGINAL = dict(PROFILES)
@@ -68,7 +75,7 @@ def study(folder):
         patch.chdir(folder)
         patch.setitem(PROFILES, "quick", TINY)
         patch.setattr("msc.study._summaries.FEW", 1)
-        return run_study("obstacles", seed=3)
+        return run_study("obstacles", folder / "kept", seed=3)
 
 
 # The layout: of what is computed, of what is stored, and of what tests imagine
@@ -135,7 +142,9 @@ def test_a_study_has_the_cells_that_its_profile_asks_for(study):
         ("even", 8, 2), ("even", 24, 1), ("uniform", 8, 2), ("nonuniform", 8, 2),
     ]  # fmt: skip
     for cell in study["cells"]:
-        names = METHODS if cell["design"] == "even" else COMMON
+        names = COMMON
+        if cell["design"] == "even":
+            names += EVEN + (SOME if cell["n_samples"] == 8 else ())
         nearest = 17.5  # degrees, of the test tasks to the jump
         is_far = 360 / cell["n_samples"] < nearest
         expected = set(MEASURES) - ({"mse, beside jumps"} if is_far else set())
@@ -181,18 +190,18 @@ def test_its_origin_is_told(study, folder):
     assert set(origin["versions"]) == {"numpy", "scikit-learn", "cvxpy", "pybullet"}
 
 
-def test_a_subset_without_tasks_is_left_out(monkeypatch):
+def test_a_subset_without_tasks_is_left_out(monkeypatch, tmp_path):
     monkeypatch.setitem(PROFILES, "quick", LEAST)
-    free = run_study("free")
+    free = run_study("free", tmp_path)
     assert "mse, beside jumps" not in free["cells"][0]["measures"]
     away = free["cells"][0]["measures"]["mse, away from jumps"]
     assert away == free["cells"][0]["measures"]["mse, gate learned"]
 
 
-def test_a_handful_of_test_tasks_makes_no_ratio(monkeypatch):
+def test_a_handful_of_test_tasks_makes_no_ratio(monkeypatch, tmp_path):
     monkeypatch.setitem(PROFILES, "quick", LEAST)
     monkeypatch.setattr("msc.study._summaries.FEW", len(TEST) + 1)
-    (cell,) = run_study("free")["cells"]
+    (cell,) = run_study("free", tmp_path)["cells"]
     assert cell["ratios"] == []
     assert cell["measures"]["error_cm"]["charts"]["n_tasks"] == len(TEST)
 
@@ -220,8 +229,8 @@ def test_a_cell_says_what_its_trials_say(study, trials):
         errors = np.array([trial.squared_errors(subset)["charts"] for trial in trials])
         means = np.average(errors, axis=1, weights=weights)
         found = cell["measures"][name]["charts"]
-        np.testing.assert_allclose(found["per_repetition"], means, rtol=1e-5)
-        assert found["mean"] == pytest.approx(means.mean(), rel=1e-5)
+        np.testing.assert_allclose(found["per_repetition"], means, rtol=1e-4)
+        assert found["mean"] == pytest.approx(means.mean(), rel=1e-4)
         assert found["low"] <= found["mean"] <= found["high"]
 
 
@@ -244,38 +253,42 @@ def test_its_ratios_are_those_of_compare(study, trials):
             if (ratio["measure"], ratio["baseline"]) == (label, "CrKr")
         )
         for key in ("ratio", "low", "high"):
-            assert found[key] == pytest.approx(expected[key], rel=1e-5)
+            assert found[key] == pytest.approx(expected[key], rel=2e-3)
 
 
 def test_subsets_pick_test_tasks(trials):
-    trial = trials[0]
-    found = measure_errors(trial)
-    away = found["mse, away from jumps"].index
-    assert away.tolist() == [task for task in TEST if abs(task - 112.5) > 45]
-    beside = found["mse, beside jumps"].index
-    assert sorted([*away, *beside]) == TEST.tolist()
-    standardised = found["standardised mse, gate learned"]["zero policy"]
+    trial = Experiment("obstacles", chosen=trials[0].chosen, seed=3, names=["charts"])
+    raw = {key: values[None] for key, values in trial.measure().items()}
+    away = trial.away_from_jumps
+    assert TEST[away].tolist() == [task for task in TEST if abs(task - 112.5) > 45]
+    found = summarise_cell({"charts": raw}, away, np.ones(len(TEST)))["measures"]
+    for side, which in (("away from", away), ("beside", ~away)):
+        summary = found[f"mse, {side} jumps"]["charts"]
+        assert summary["mean"] == pytest.approx(raw["mse"][0, which].mean(), rel=1e-4)
+        assert summary["n_tasks"] == which.sum()
+    near = found["under_1_cm"]["charts"]["mean"]
+    assert near == pytest.approx((raw["error_cm"] < 1).mean())
+    trial = Experiment("obstacles", chosen=trial.chosen, names=["zero policy"])
     by_dimension = trial.test_policies**2 / trial.policies.var(axis=0)
+    standardised = trial.measure()["standardised mse"]
     np.testing.assert_allclose(standardised, by_dimension.mean(axis=1))
-    assert (found["under_1_cm"] == (found["error_cm"] < 1)).all(axis=None)
 
 
 def test_scatter_is_that_of_all_errors():
     rng = np.random.default_rng(0)
     values, weights = rng.exponential(size=(3, 40)), np.repeat([1.0, 2.0], 20)
-    tasks = pd.Index(range(40))
-    trials = [
-        {"error_cm": pd.DataFrame({"charts": row}, index=tasks)} for row in values
-    ]
+    raw = {"charts": dict.fromkeys(("mse", "error_cm", "excess_cost"), values)}
+    raw["charts"] |= {"standardised mse": values, "touched": values > 1}
+    away = np.ones(40, dtype=bool)
     plain, weighted = (
-        summarise_trials(trials, w)["measures"]["error_cm"]["charts"]
-        for w in (None, pd.Series(weights, index=tasks))
+        summarise_cell(raw, away, w)["measures"]["error_cm"]["charts"]
+        for w in (np.ones(40), weights)
     )
     for found, expected in (
         (plain, values),
         (weighted, np.repeat(values, weights.astype(int), axis=1)),
     ):
-        assert found["mean"] == pytest.approx(expected.mean(), rel=1e-5)
+        assert found["mean"] == pytest.approx(expected.mean(), rel=1e-4)
         assert found["std"] == pytest.approx(expected.std(), rel=0.01)
         quantiles = np.quantile(expected, [0.5, 0.95], method="inverted_cdf")
         np.testing.assert_allclose(
@@ -283,39 +296,156 @@ def test_scatter_is_that_of_all_errors():
         )
 
 
+# What is kept
+
+
+class Refusing:
+    """A method that cannot be fitted to some training sets."""
+
+    def fit(self, X, y):
+        if X[0, 0] == 0:
+            raise ValueError("no")
+        self.shape = y.shape[1:]
+        return self
+
+    def predict(self, X):
+        return np.zeros((len(X), *self.shape))
+
+
+def keep(tmp_path, **options):
+    return run_study("free", tmp_path, seed=3, **options)
+
+
+def test_what_still_holds_is_not_done_again(tmp_path, monkeypatch):
+    monkeypatch.setitem(PROFILES, "quick", LEAST)
+    first = keep(tmp_path)
+    kept = {path: path.read_bytes() for path in tmp_path.rglob("*.npz")}
+    assert len(kept) == len(FEW)
+    monkeypatch.setattr("msc.study._study.call_in_order", None)  # not needed
+    assert keep(tmp_path) == first
+    monkeypatch.undo()
+
+
+def test_exactly_what_is_stale_is_done_again(tmp_path, monkeypatch):
+    monkeypatch.setitem(PROFILES, "quick", LEAST)
+    first, done = keep(tmp_path), []
+    really = msc.study._study.call_in_order
+
+    def call(work, calls, **options):
+        done.append(calls[0][0])
+        return really(work, calls, **options)
+
+    monkeypatch.setattr("msc.study._study.call_in_order", call)
+    path = method_path(tmp_path, "free", "CrKr")
+    old = Trials.read(path)
+    for change in ({"code": "other"}, {"protocol": "other"}, {"tables": {}}):
+        Trials({**old.about, **change}, old.errors).write(path)
+        with pytest.raises(ValueError, match="'CrKr': what is kept of it in 'free'"):
+            keep(tmp_path, names=["charts"])
+        assert done == []
+        assert keep(tmp_path) == first
+        assert done == ["CrKr"]
+        done.clear()
+    path.write_bytes(path.read_bytes()[:100])  # torn
+    assert keep(tmp_path) == first
+    assert done == ["CrKr"]
+
+
+def test_what_was_not_tried_is_not_there_and_what_is_unknown_is_named(
+    tmp_path, monkeypatch
+):
+    monkeypatch.setitem(PROFILES, "quick", LEAST)
+    found = keep(tmp_path, names=["CrKr"])
+    assert list(find_cell(found, "even", 8)["measures"]["error_cm"]) == ["CrKr"]
+    with pytest.raises(
+        ValueError, match=r"methods=\['CrKR'\] are unknown; wanted some"
+    ):
+        keep(tmp_path, names=["CrKR"])
+
+
+def test_a_fit_that_fails_is_told_and_not_averaged(tmp_path, monkeypatch):
+    least = replace(LEAST, repetitions=2, methods=("charts", "CrKr"))
+    monkeypatch.setitem(PROFILES, "quick", least)
+    monkeypatch.setattr("msc.study.rivals._crkr.build", lambda *_, **__: Refusing())
+    found = keep(tmp_path)
+    (reasons,) = found["failed"].values()
+    assert list(found["failed"]) == ["CrKr"]
+    assert set(reasons.values()) == {"ValueError: no"}
+    cell = find_cell(found, "even", 8)
+    assert cell["measures"]["error_cm"]["CrKr"]["mean"] is None
+    assert cell["measures"]["error_cm"]["charts"]["mean"] > 0
+    assert not cell["ratios"]
+    json.loads(format_study(found))
+
+
+def test_the_same_trials_are_the_same_bytes(tmp_path):
+    errors = {"even/8/mse": np.random.default_rng(0).exponential(size=(2, 5))}
+    errors["even/8/touched"] = errors["even/8/mse"] > 1
+    paths = [tmp_path / "a.npz", tmp_path / "b.npz"]
+    for path in paths:
+        Trials({"method": "x"}, errors).write(path)
+    assert paths[0].read_bytes() == paths[1].read_bytes()
+    again = Trials.read(paths[0])
+    assert again.about == {"method": "x"}
+    mse = "even/8/mse"
+    np.testing.assert_allclose(again.errors[mse], errors[mse], rtol=2**-16)
+    assert again.errors["even/8/touched"].dtype == bool
+    assert Trials.read(tmp_path / "none.npz") is None
+
+
+def test_no_two_methods_share_a_file():
+    paths = {method_path(Path(), "free", name) for name in METHODS}
+    assert len(paths) == len(METHODS)
+
+
 # How it is made
 
 
-def test_the_result_does_not_depend_on_the_workers(study):
+def test_the_result_does_not_depend_on_the_workers(study, folder, tmp_path):
     get_reusable_executor().shutdown()  # workers of other tests stand in other folders
-    assert format_study(run_study("obstacles", seed=3, jobs=2)) == format_study(study)
+    other = run_study("obstacles", tmp_path, seed=3, jobs=2)
+    assert format_study(other) == format_study(study)
+    names = [path.name for path in tmp_path.rglob("*.npz")]
+    kept = folder / "kept" / "methods" / "obstacles"
+    for path in tmp_path.rglob("*.npz"):
+        assert path.read_bytes() == (kept / path.name).read_bytes()
+    assert len(names) == len(TINY.methods)
 
 
-def test_another_seed_draws_other_training_sets(study, monkeypatch):
+def test_another_seed_draws_other_training_sets(study, monkeypatch, tmp_path):
     uniform = replace(LEAST, sizes={"uniform": (8,)}, repetitions=2)
     monkeypatch.setitem(PROFILES, "quick", uniform)
-    other = run_study("obstacles", seed=4)
+    other = run_study("obstacles", tmp_path, seed=4)
     assert find_cell(other, "uniform", 8) != find_cell(study, "uniform", 8)
 
 
 def test_the_profiles_are_as_the_protocol_says():
-    quick, full = (
-        list_groups(profile, np.linspace(0, 2 * np.pi, 360, endpoint=False), seed=0)
-        for profile in (ORIGINAL["quick"], ORIGINAL["full"])
-    )
-    assert {len(group.sets) for group in quick} == {3}
-    sizes = {
-        design: [
-            (len(group.sets[0]), len(group.sets))
-            for group in full
-            if group.design == design and not group.is_sweep
-        ]
-        for design in DESIGNS
+    grid = np.linspace(0, 2 * np.pi, 360, endpoint=False)
+    quick, full = (list_sets(ORIGINAL[name], grid, seed=0) for name in ORIGINAL)
+    assert {len(some) for some in quick.values()} == {3}
+
+    def of(name):
+        return sets_of(name, ORIGINAL["full"], full)
+
+    counts = {
+        name: {key: len(some) for key, some in of(name).items()}
+        for name in ("charts", "single, Matérn", "random forest", "3 charts")
     }
-    assert dict(sizes["even"])[24] == 15
-    assert dict(sizes["even"])[360] == 1
-    assert dict(sizes["uniform"])[8] == dict(sizes["nonuniform"])[100] == 15
-    assert {group.n_charts for group in full if group.is_sweep} == set(range(1, 9))
+    everywhere = counts["charts"]
+    assert everywhere["even", 24] == everywhere["uniform", 24] == 15
+    assert everywhere["even", 360] == 1
+    assert everywhere["uniform", 8] == everywhere["nonuniform", 100] == 15
+    even = {key: n for key, n in everywhere.items() if key[0] == "even"}
+    assert counts["single, Matérn"] == even
+    assert counts["random forest"] == {
+        ("even", 12): 10,
+        ("even", 24): 10,
+        ("even", 50): 8,
+    }
+    assert counts["3 charts"] == {("even", 24): 10, ("even", 100): 4, ("even", 360): 1}
+    assert {design for design, _ in everywhere} == set(DESIGNS)
+    first = full["even", 24][:10]  # of a method that is tried on some sets
+    np.testing.assert_array_equal(of("random forest")["even", 24], first)
 
 
 def test_it_is_written_a_summary_a_line(study):
@@ -331,7 +461,7 @@ def test_it_is_written_a_summary_a_line(study):
 
 def test_an_unknown_profile_is_named():
     with pytest.raises(ValueError, match="profile='quik'; wanted one of"):
-        run_study("free", profile="quik")
+        run_study("free", Path(), profile="quik")
 
 
 # msc evaluate
@@ -354,9 +484,9 @@ def test_evaluate_writes_what_it_found(monkeypatch, tmp_path, capsys):
     assert main(["evaluate", *arguments]) == 0
     files = [f"{kind}_{world}.json" for world in ("free", "obstacles")
              for kind in ("study", "elbow")]  # fmt: skip
-    assert sorted(path.name for path in (tmp_path / "new").iterdir()) == sorted(files)
+    assert sorted(path.name for path in (tmp_path / "new").glob("*.*")) == sorted(files)
     found = json.loads((tmp_path / "new" / "study_obstacles.json").read_text("utf-8"))
-    assert found == run_study("obstacles", seed=3)
+    assert found == run_study("obstacles", tmp_path / "new", seed=3)
     options = {"n_resamples": 3, "seed": 3, "jobs": 1, "progress": True}
     assert asked == [(24, 24, options)] * 2
     found = json.loads((tmp_path / "new" / "elbow_free.json").read_text("utf-8"))
@@ -364,7 +494,7 @@ def test_evaluate_writes_what_it_found(monkeypatch, tmp_path, capsys):
     assert found["provenance"]["command"] == "msc evaluate --profile quick --seed 3"
     out, err = capsys.readouterr()
     assert out.split() == [str(tmp_path / "new" / name) for name in files]
-    assert "study, obstacles: 100%" in err
+    assert "charts, obstacles: 100%" in err
 
 
 def test_what_is_done_is_kept_when_interrupted(monkeypatch, tmp_path, capsys):
@@ -375,7 +505,7 @@ def test_what_is_done_is_kept_when_interrupted(monkeypatch, tmp_path, capsys):
     arguments = ["evaluate", "--jobs", "1", "--out-dir", str(tmp_path)]
     assert main(arguments) == 130
     assert capsys.readouterr().err.endswith("msc: interrupted\n")
-    assert [path.name for path in tmp_path.iterdir()] == ["study_free.json"]
+    assert [path.name for path in tmp_path.glob("*.*")] == ["study_free.json"]
 
 
 @pytest.mark.parametrize(

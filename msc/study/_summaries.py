@@ -86,14 +86,15 @@ class Summary(TypedDict):
     """A method's errors: over test tasks and training sets, and one mean a set.
 
     Of a measure that is a spread, the latter three are those over the training sets.
+    All are None, if it could not be fitted to one of the sets.
     """
 
-    mean: float
-    low: float  # with `high`: a 95 % interval, see `msc.estimates.Average`
-    high: float
-    std: float
-    median: float
-    p95: float
+    mean: float | None
+    low: float | None  # with `high`: a 95 % interval, see `msc.estimates.Average`
+    high: float | None
+    std: float | None
+    median: float | None
+    p95: float | None
     n_tasks: int
     per_repetition: list[float]
 
