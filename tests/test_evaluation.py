@@ -112,14 +112,16 @@ def test_errors_are_averaged_over_the_six_dimensions(experiment):
 
 def test_a_known_chart_is_that_of_the_nearest_policy(experiment):
     charts = experiment.methods["charts"].charts_
-    assert experiment.known_charts.tolist() == charts[[0, 3, 6, 7, 10]].tolist()
+    assert (
+        experiment.known_charts("charts").tolist() == charts[[0, 3, 6, 7, 10]].tolist()
+    )
 
 
 def test_knowing_the_chart_concerns_the_charts_alone(experiment):
     learned, known = (experiment.squared_errors(one) for one in TEST_SUBSETS[:2])
     pd.testing.assert_frame_equal(learned[METHODS[1:]], known[METHODS[1:]])
     predicted = experiment.methods["charts"].predict(
-        experiment.test_tasks, chart=experiment.known_charts
+        experiment.test_tasks, chart=experiment.known_charts("charts")
     )
     np.testing.assert_allclose(
         known["charts"], np.mean((predicted - searched) ** 2, axis=1), rtol=1e-4
@@ -261,7 +263,7 @@ def test_comparisons_divide_the_means(experiment):
         ({"n_samples": None}, r"n_samples=None, chosen=None; wanted one of the two"),
         ({"n_samples": None, "chosen": [3, 3]}, r"chosen=\[3, 3\]; wanted different"),
         ({"n_samples": None, "chosen": [0, 24]}, r"chosen=\[0, 24\]; .* from 0 to 23"),
-        ({"names": ["chart"]}, r"names=\['chart'\] are no methods"),
+        ({"names": ["chart"]}, "name='chart' is no method"),
         ({"n_samples": 12.5}, r"n_samples=12\.5; wanted at least 2, whole"),
     ],
 )

@@ -8,6 +8,7 @@ import pytest
 from imagined import imagine_study, imagine_table
 from joblib.externals.loky import get_reusable_executor
 from schema import departures
+from sklearn.base import BaseEstimator
 
 import msc.study._study
 from msc.cli import main
@@ -23,7 +24,7 @@ from msc.study import (
     run_study,
     task_density,
 )
-from msc.study._methods import COMMON, METHODS
+from msc.study._methods import COMMON, METHODS, Method
 from msc.study._sampling import DESIGNS
 from msc.study._store import Trials, method_path
 from msc.study._study import PROFILES, Profile, list_sets, sets_of
@@ -299,7 +300,7 @@ def test_scatter_is_that_of_all_errors():
 # What is kept
 
 
-class Refusing:
+class Refusing(BaseEstimator):
     """A method that cannot be fitted to some training sets."""
 
     def fit(self, X, y):
@@ -366,7 +367,8 @@ def test_what_was_not_tried_is_not_there_and_what_is_unknown_is_named(
 def test_a_fit_that_fails_is_told_and_not_averaged(tmp_path, monkeypatch):
     least = replace(LEAST, repetitions=2, methods=("charts", "CrKr"))
     monkeypatch.setitem(PROFILES, "quick", least)
-    monkeypatch.setattr("msc.study.rivals._crkr.build", lambda *_, **__: Refusing())
+    refusing = Method(lambda _: Refusing(), "paper", "all")
+    monkeypatch.setitem(METHODS, "CrKr", refusing)
     found = keep(tmp_path)
     (reasons,) = found["failed"].values()
     assert list(found["failed"]) == ["CrKr"]

@@ -6,7 +6,7 @@ nearest task's chart, the best gate of several, one that abstains, and the true 
 
 from __future__ import annotations
 
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,35 +27,37 @@ from msc.data import load_results
 from msc.learn import GATES, SMCE, ParameterizedSkill, seeded_clone
 from msc.robot import Workspace
 from msc.study._gates import gate_accuracy
+from msc.study._ours import N_CHARTS
+
+if TYPE_CHECKING:
+    from msc.study._methods import Setting
 
 Array = NDArray[np.float64]
 
 N_FOLDS = 5  # by which the best gate is chosen
 
 
-def build(
-    name: str, *, n_charts: int | None, seed: int, workspace: Workspace, **_how: Any
-) -> Any:
+def build_ladder(to: Setting) -> Any:
     """Build "SMCE", "linkage" or "pieces", and after a comma its gate.
 
     Without a gate, and with "true gate", it is the nearest task's; who asks for the
     true one tells each task's chart.
     """
-    charts, *gate = name.removeprefix("ladder: ").split(", ")
+    charts, *gate = to.name.removeprefix("ladder: ").split(", ")
     clusterers: dict[str, Any] = {
-        "SMCE": SMCE(n_charts, random_state=seed),
-        "linkage": AgglomerativeClustering(n_charts, linkage="single"),
+        "SMCE": SMCE(to.n_charts, random_state=to.seed),
+        "linkage": AgglomerativeClustering(to.n_charts or N_CHARTS, linkage="single"),
         "pieces": None,  # they are told by the tasks
     }
     skill = ParameterizedSkill(
         clusterers[charts],
-        gate=BestGate(seed) if gate == ["best gate"] else "nearest",
+        gate=BestGate(to.seed) if gate == ["best gate"] else "nearest",
         kernel_per="chart",
-        random_state=seed,
+        random_state=to.seed,
         verbose=False,
     )
     if charts == "pieces":
-        skill = PiecewiseSkill(skill, jumps=true_jumps(workspace))
+        skill = PiecewiseSkill(skill, jumps=true_jumps(to.workspace))
     return AbstainingSkill(skill) if gate == ["abstaining"] else skill
 
 

@@ -2,21 +2,55 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import dataclass
-from importlib import import_module
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
+from sklearn.dummy import DummyRegressor
+from sklearn.neighbors import KNeighborsRegressor
 from sklearn.utils.validation import has_fit_parameter
 
 from msc._checks import validate_cost
 from msc.robot import Workspace
-from msc.study._ours import N_CHARTS
-from msc.study.rivals import GoalProjected
+from msc.study._ladder import build_ladder
+from msc.study._ours import N_CHARTS, build_skill
+from msc.study.rivals import (
+    ConditionedProMP,
+    CrKR,
+    GoalProjected,
+    Interpolation,
+    InvertedSweep,
+    MovementMixture,
+    isomap_skill,
+    todays_method,
+    tune,
+    zero_policy,
+)
 
-_PROJECTED = ", projected"  # such a method is another one, wrapped in `GoalProjected`
+
+@dataclass(frozen=True)
+class Setting:
+    """What a method may be told.
+
+    Attributes
+    ----------
+    name : str
+        What it is called.
+    n_charts : int or None, default=4
+        Charts that SMCE is asked for; None leaves it to the elbow. k-means, which has
+        none, is then asked for four.
+    seed : int, default=0
+        Seed of the clustering, and of whatever else draws.
+    workspace : Workspace, optional
+        Where the goals of tasks are; by default ``Workspace.free()``.
+    """
+
+    name: str
+    n_charts: int | None = N_CHARTS
+    seed: int = 0
+    workspace: Workspace = field(default_factory=Workspace.free)
 
 
 @dataclass(frozen=True)
@@ -25,9 +59,9 @@ class Method:
 
     Attributes
     ----------
-    module : str
-        Module of `msc.study` whose ``build(name, n_charts=, seed=, workspace=)`` gives
-        an estimator with `fit(X, y)` and `predict(X)`, tasks in radians.
+    build : callable
+        Takes a `Setting` and gives an unfitted estimator with `fit(X, y)` and
+        `predict(X)`, tasks in radians.
     group : str
         Under what it is listed.
     sets : {"all", "even", "some", "sweep"}
@@ -35,56 +69,65 @@ class Method:
         three sizes; those of the sweep over the number of charts.
     """
 
-    module: str
+    build: Callable[[Setting], Any]
     group: str
     sets: str = "some"
 
 
+def _projected(to: Setting) -> Any:
+    """Wrap the method that the name begins with."""
+    base = to.name.removesuffix(", projected")
+    return GoalProjected(METHODS[base].build(replace(to, name=base)))
+
+
 METHODS = {
-    "charts": Method("_ours", "paper", "all"),
-    "single regression": Method("_ours", "paper", "all"),
-    "CrKr": Method("rivals._crkr", "paper", "all"),
-    "nearest neighbour": Method("rivals._local", "no learning", "all"),
-    "linear interpolation": Method("rivals._interpolation", "no learning", "all"),
-    "mean policy": Method("rivals._constant", "no learning", "all"),
-    "zero policy": Method("rivals._constant", "no learning", "all"),
-    "charts, SVM gate": Method("_ours", "variants", "even"),
-    "charts, k-means": Method("_ours", "variants", "even"),
-    "charts, Matérn": Method("_ours", "variants", "even"),
-    "single, Matérn": Method("_ours", "variants", "even"),
-    "single, periodic": Method("_ours", "variants", "even"),
-    "charts, one kernel": Method("_ours", "one kernel", "even"),
-    "single, one kernel": Method("_ours", "one kernel", "even"),
-    "charts, Matérn, one kernel": Method("_ours", "one kernel", "even"),
-    "single, Matérn, one kernel": Method("_ours", "one kernel", "even"),
-    "charts, projected": Method("_ours", "projected"),
-    "single regression, projected": Method("_ours", "projected"),
-    "charts, one kernel, projected": Method("_ours", "projected"),
-    "single, one kernel, projected": Method("_ours", "projected"),
-    "CrKr, projected": Method("rivals._crkr", "projected"),
-    "nearest neighbour, projected": Method("rivals._local", "projected"),
-    "linear interpolation, projected": Method("rivals._interpolation", "projected"),
-    "mean policy, projected": Method("rivals._constant", "projected"),
-    "zero policy, projected": Method("rivals._constant", "projected"),
-    "da Silva's skill": Method("rivals._components", "section V"),
-    "after Mülling: no practice": Method("rivals._mixture", "section V"),
-    "after Hausknecht: no sweep": Method("rivals._sweep", "section V"),
-    "nearest neighbours": Method("rivals._today", "today"),
-    "local linear regression": Method("rivals._today", "today"),
-    "radial basis functions": Method("rivals._today", "today"),
-    "random forest": Method("rivals._today", "today"),
-    "gradient boosting": Method("rivals._today", "today"),
-    "neural network": Method("rivals._today", "today"),
-    "change points": Method("rivals._today", "today"),
-    "conditioned ProMP": Method("rivals._promp", "today"),
+    "charts": Method(build_skill, "paper", "all"),
+    "single regression": Method(build_skill, "paper", "all"),
+    "CrKr": Method(lambda _: CrKR(tune=True, verbose=False), "paper", "all"),
+    "nearest neighbour": Method(lambda _: KNeighborsRegressor(1), "no learning", "all"),
+    "linear interpolation": Method(lambda _: Interpolation(), "no learning", "all"),
+    "mean policy": Method(lambda _: DummyRegressor(), "no learning", "all"),
+    "zero policy": Method(lambda _: zero_policy(), "no learning", "all"),
+    "charts, SVM gate": Method(build_skill, "variants", "even"),
+    "charts, k-means": Method(build_skill, "variants", "even"),
+    "charts, Matérn": Method(build_skill, "variants", "even"),
+    "single, Matérn": Method(build_skill, "variants", "even"),
+    "single, periodic": Method(build_skill, "variants", "even"),
+    "charts, one kernel": Method(build_skill, "one kernel", "even"),
+    "single, one kernel": Method(build_skill, "one kernel", "even"),
+    "charts, Matérn, one kernel": Method(build_skill, "one kernel", "even"),
+    "single, Matérn, one kernel": Method(build_skill, "one kernel", "even"),
+    "charts, projected": Method(_projected, "projected"),
+    "single regression, projected": Method(_projected, "projected"),
+    "charts, one kernel, projected": Method(_projected, "projected"),
+    "single, one kernel, projected": Method(_projected, "projected"),
+    "CrKr, projected": Method(_projected, "projected"),
+    "nearest neighbour, projected": Method(_projected, "projected"),
+    "linear interpolation, projected": Method(_projected, "projected"),
+    "mean policy, projected": Method(_projected, "projected"),
+    "zero policy, projected": Method(_projected, "projected"),
+    "da Silva's skill": Method(lambda to: isomap_skill(to.seed), "section V"),
+    "after Mülling: no practice": Method(
+        lambda to: tune(MovementMixture(), "movement mixture", random_state=to.seed),
+        "section V",
+    ),
+    "after Hausknecht: no sweep": Method(lambda _: InvertedSweep(), "section V"),
+    "nearest neighbours": Method(todays_method, "today"),
+    "local linear regression": Method(todays_method, "today"),
+    "radial basis functions": Method(todays_method, "today"),
+    "random forest": Method(todays_method, "today"),
+    "gradient boosting": Method(todays_method, "today"),
+    "neural network": Method(todays_method, "today"),
+    "change points": Method(todays_method, "today"),
+    "conditioned ProMP": Method(lambda to: ConditionedProMP(to.workspace), "today"),
     **{
-        f"ladder: {charts}{gate}": Method("_ladder", "ladder", "even")
+        f"ladder: {charts}{gate}": Method(build_ladder, "ladder", "even")
         for charts in ("SMCE", "linkage", "pieces")
         for gate in ("", ", best gate", ", abstaining", ", true gate")
     },
     **{
         f"{count} {'chart' if count == 1 else 'charts'}": Method(
-            "_ours", "number of charts", "sweep"
+            build_skill, "number of charts", "sweep"
         )
         for count in range(1, 9)
     },
@@ -94,13 +137,7 @@ METHODS = {
 COMMON = tuple(name for name, method in METHODS.items() if method.sets == "all")
 
 
-def build_method(
-    name: str,
-    *,
-    n_charts: int | None = N_CHARTS,
-    seed: int = 0,
-    workspace: Workspace | None = None,
-) -> Any:
+def build_method(name: str, **how: Any) -> Any:
     """Build a method, unfitted.
 
     Parameters
@@ -128,13 +165,8 @@ def build_method(
           pieces between jumps; with the best gate of several, one that abstains, or
           the true chart;
         - all others: see `msc.study.rivals`.
-    n_charts : int or None, default=4
-        Charts that SMCE is asked for; None leaves it to the elbow. k-means, which has
-        none, is then asked for four.
-    seed : int, default=0
-        Seed of the clustering, and of whatever else draws.
-    workspace : Workspace, optional
-        Where the goals of tasks are; by default ``Workspace.free()``.
+    **how : dict
+        `n_charts`, `seed` and `workspace`, see `Setting`.
 
     Returns
     -------
@@ -161,11 +193,7 @@ def build_method(
     """
     if name not in METHODS:
         raise ValueError(f"name={name!r} is no method; wanted one of {tuple(METHODS)}")
-    base = name.removesuffix(_PROJECTED)
-    home = import_module(f"msc.study.{METHODS[name].module}")
-    workspace = workspace or Workspace.free()
-    built = home.build(base, n_charts=n_charts, seed=seed, workspace=workspace)
-    return built if base == name else GoalProjected(built)
+    return METHODS[name].build(Setting(name, **how))
 
 
 def fit_methods(

@@ -2,22 +2,25 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from sklearn.cluster import KMeans
 
 from msc.learn import SMCE, ParameterizedSkill, gaussian_process
 
+if TYPE_CHECKING:
+    from msc.study._methods import Setting
+
 N_CHARTS = 4  # as the paper has in both workspaces
 
 
-def build(name: str, *, n_charts: int | None, seed: int, **_how: Any) -> Any:
+def build_skill(to: Setting) -> ParameterizedSkill:
     """Build "charts", "single" or a number of charts; parts exchanged after commas."""
-    what, *parts = name.split(", ")
+    what, *parts = to.name.split(", ")
     kernels = {"Matérn": "matern", "periodic": "periodic"}
     kernel = next((kernels[part] for part in parts if part in kernels), None)
-    count = int(what.split()[0]) if what[0].isdecimal() else n_charts
-    charts: Any = SMCE(count, random_state=seed)
+    count = int(what.split()[0]) if what[0].isdecimal() else to.n_charts
+    charts: Any = SMCE(count, random_state=to.seed)
     if "k-means" in parts:
         charts = KMeans(count or N_CHARTS, n_init=10)
     if what.startswith("single"):
@@ -27,6 +30,6 @@ def build(name: str, *, n_charts: int | None, seed: int, **_how: Any) -> Any:
         gate="svm" if "SVM gate" in parts else "nearest",
         regressor=gaussian_process(kernel) if kernel else None,
         kernel_per="chart" if "one kernel" in parts else "param",
-        random_state=seed,
+        random_state=to.seed,
         verbose=False,
     )

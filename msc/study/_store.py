@@ -100,6 +100,24 @@ def identify_module(name: str, *, without: str = "") -> str:
     return digest.hexdigest()
 
 
+def identify_estimator(estimator: Any) -> str:
+    """Identify an estimator: its parameters, and what its parts' classes compute."""
+    told = []
+    parts = {"": estimator, **estimator.get_params(deep=True)}
+    for key, value in sorted(parts.items()):
+        if hasattr(value, "get_params"):
+            kind = type(value)
+            code = identify_module(kind.__module__) if _is_ours(kind.__module__) else ""
+            told.append(f"{key} {kind.__module__}.{kind.__qualname__} {code}")
+        else:
+            told.append(f"{key} {getattr(value, '__qualname__', repr(value))}")
+    return hashlib.sha256("\n".join(told).encode()).hexdigest()
+
+
+def _is_ours(module: str) -> bool:
+    return module.partition(".")[0] == "msc"
+
+
 def _find(module: str) -> Path | None:
     """Return a module's file; nothing if it is no module, but a name in one."""
     try:
@@ -117,7 +135,7 @@ def _imported(tree: ast.Module) -> list[str]:
             found += [alias.name for alias in node.names]
         elif isinstance(node, ast.ImportFrom) and node.module:
             found += [node.module, *(f"{node.module}.{a.name}" for a in node.names)]
-    return [name for name in found if name.partition(".")[0] == "msc"]
+    return [name for name in found if _is_ours(name)]
 
 
 def _without_docstrings(tree: ast.Module) -> ast.Module:

@@ -22,12 +22,18 @@ from numpy.typing import NDArray
 from msc._parallel import call_in_order
 from msc.data import Dataset, describe_origin, find_data, find_jumps, load_dataset
 from msc.learn import SMCE
+from msc.robot import Workspace
 from msc.study._choices import measure_elbows
 from msc.study._gates import average_gates, compare_gates
-from msc.study._methods import METHODS
+from msc.study._methods import METHODS, build_method
 from msc.study._ours import N_CHARTS
 from msc.study._sampling import Indices, draw_samples, task_density
-from msc.study._store import Trials, identify_module, method_path
+from msc.study._store import (
+    Trials,
+    identify_estimator,
+    identify_module,
+    method_path,
+)
 from msc.study._summaries import summarise_cell
 from msc.study._trial import RAW, Experiment, away_from_jumps
 from press import checksum
@@ -190,6 +196,7 @@ def _about(
 ) -> dict[str, Any]:
     """Say what a method's results rest on."""
     tables = (find_data() / f"{table}.csv" for table in (world, f"{world}_test"))
+    where = Workspace.named(world)
     own = sets_of(name, effort, sets).items()
     drawn = [[*key, *np.array(some).tolist()] for key, some in own]
     digest = hashlib.sha256(json.dumps(drawn).encode())
@@ -201,7 +208,7 @@ def _about(
         "seed": seed,
         "tables": {table.name: checksum(table) for table in tables},
         "protocol": digest.hexdigest(),
-        "code": identify_module(f"msc.study.{METHODS[name].module}"),
+        "code": identify_estimator(build_method(name, seed=seed, workspace=where)),
         "versions": {package: metadata.version(package) for package in _PACKAGES},
     }
 

@@ -143,10 +143,20 @@ class Experiment:
         return np.asarray(self.methods[name].predict(np.asarray(tasks)))
 
     def known_charts(self, name: str) -> NDArray[np.intp]:
-        """Charts of the test tasks by their own policies: that of the nearest policy.
+        """Tell charts of the test tasks by their own policies: that of the nearest.
 
         Only the subset "chart known" and methods with a "true gate" may look at a test
         task's policy.
+
+        Parameters
+        ----------
+        name : str
+            A method that has charts.
+
+        Returns
+        -------
+        ndarray of shape (n_test_tasks,)
+            Its charts.
         """
         nearest = np.linalg.norm(
             self.test_policies[:, None] - self.policies[self.chosen], axis=2

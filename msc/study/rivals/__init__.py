@@ -21,13 +21,15 @@ from press import face
 if TYPE_CHECKING:
     from msc.study.rivals._changepoints import ChangePointProcess
     from msc.study.rivals._components import NeighbourComponents, isomap_skill
+    from msc.study.rivals._constant import zero_policy
     from msc.study.rivals._crkr import CrKR
+    from msc.study.rivals._interpolation import Interpolation
     from msc.study.rivals._mixture import MovementMixture
     from msc.study.rivals._option import StoppedMovement
     from msc.study.rivals._projection import GoalProjected
     from msc.study.rivals._promp import ConditionedProMP
     from msc.study.rivals._sweep import InvertedSweep
-    from msc.study.rivals._today import todays_methods
+    from msc.study.rivals._today import todays_method, todays_methods
     from msc.study.rivals._tuning import N_FOLDS, N_TRIALS, RANGES, tune
 
 __all__, __getattr__, __dir__ = face(__name__, __file__)

@@ -160,8 +160,3 @@ def isomap_skill(random_state: RandomState = None) -> ParameterizedSkill:
         random_state=random_state,
         verbose=False,
     )
-
-
-def build(_name: str, *, seed: int, **_how: Any) -> ParameterizedSkill:
-    """Build "da Silva's skill"."""
-    return isomap_skill(seed)

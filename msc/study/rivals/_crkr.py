@@ -241,8 +241,3 @@ def _negative_log_likelihood(
     by_length_scale = (by_gram * kernel * squares).sum() / length_scale**2
     by_noise = noise * (np.diag(by_gram) * cost).sum()
     return float(value), 0.5 * np.array([by_length_scale, by_noise])
-
-
-def build(_name: str, **_how: Any) -> CrKR:
-    """Build "CrKr", tuned."""
-    return CrKR(tune=True, verbose=False)

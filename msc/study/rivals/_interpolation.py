@@ -167,8 +167,3 @@ def average_copies(X: Array, y: Array) -> tuple[Array, Array]:
     np.add.at(sums, place.ravel(), y)
     times = np.bincount(place.ravel()).reshape(-1, *(1,) * (y.ndim - 1))
     return tasks, sums / times
-
-
-def build(_name: str, **_how: Any) -> Interpolation:
-    """Build "linear interpolation"."""
-    return Interpolation()

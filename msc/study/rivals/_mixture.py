@@ -13,7 +13,6 @@ from sklearn.utils._param_validation import Interval
 from sklearn.utils.validation import check_is_fitted
 
 from msc._checks import validate_pairs, validate_points
-from msc.study.rivals._tuning import tune
 
 Array = NDArray[np.float64]
 
@@ -136,8 +135,3 @@ class MovementMixture(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type:
             Policies.
         """
         return np.asarray(self.gate(X) @ self.primitives_)
-
-
-def build(_name: str, *, seed: int, **_how: Any) -> Any:
-    """Build "after Mülling: no practice"."""
-    return tune(MovementMixture(), "movement mixture", random_state=seed)

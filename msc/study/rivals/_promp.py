@@ -169,8 +169,3 @@ class ConditionedProMP(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type
 
     def _without_first(self, weights: Array) -> Array:
         return weights.reshape(len(weights), 2, -1)[:, :, 1:]
-
-
-def build(_name: str, *, workspace: Workspace, **_how: Any) -> ConditionedProMP:
-    """Build the "conditioned ProMP"."""
-    return ConditionedProMP(workspace)

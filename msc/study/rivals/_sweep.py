@@ -119,8 +119,3 @@ class InvertedSweep(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: i
         setting = np.interp(X[:, 0], self.outcomes_, self.settings_)
         found = self.base_ + setting[:, None] * self.direction_
         return np.asarray(found[:, 0] if self._is_single_output else found)
-
-
-def build(_name: str, **_how: Any) -> InvertedSweep:
-    """Build "after Hausknecht: no sweep"."""
-    return InvertedSweep()

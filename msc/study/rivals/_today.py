@@ -125,6 +125,17 @@ class QuietNetwork(MLPRegressor):  # type: ignore[misc]
             return super().fit(X, y)  # type: ignore[no-any-return]
 
 
-def build(name: str, *, seed: int, **_how: Any) -> Any:
-    """Build one of `todays_methods`."""
-    return todays_methods(random_state=seed)[name]
+def todays_method(to: Any) -> Any:
+    """Build the one of `todays_methods` that has this name and seed.
+
+    Parameters
+    ----------
+    to : Setting
+        Its name and seed.
+
+    Returns
+    -------
+    estimator
+        Unfitted.
+    """
+    return todays_methods(random_state=to.seed)[to.name]
