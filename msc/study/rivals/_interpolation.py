@@ -61,7 +61,25 @@ class Interpolation(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: i
         self.period = period
 
     def fit(self, X: Any, y: Any) -> Self:
-        """Keep the training set, or refuse too many parameters."""
+        """Keep the training set.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_tasks, n_task_params)
+            Tasks.
+        y : array-like of shape (n_tasks, n_params) or (n_tasks,)
+            Policies.
+
+        Returns
+        -------
+        Interpolation
+            Fitted.
+
+        Raises
+        ------
+        ValueError
+            If there are more parameters than four, or than one with a period.
+        """
         self._validate_params()
         X, y = validate_pairs(self, X, y)
         if self.period is not None and X.shape[1] > 1:
@@ -76,7 +94,18 @@ class Interpolation(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: i
         return self
 
     def predict(self, X: Any) -> Array:
-        """Predict the policies of tasks, in the shape that `fit` was given."""
+        """Predict the policies of tasks.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_tasks, n_task_params)
+            Tasks.
+
+        Returns
+        -------
+        ndarray of shape (n_tasks, n_params) or (n_tasks,)
+            Policies, in the shape that `fit` was given.
+        """
         check_is_fitted(self)
         X = validate_points(self, X, reset=False)
         if X.shape[1] == 1:
