@@ -281,7 +281,7 @@ def fit_together(
         process._damped = eigen.values + ratio[k]
         process._weights = z[k] / process._damped
         for name in ("L_", "alpha_"):  # of an earlier fit by scikit-learn
-            vars(process).pop(name, None)
+            process.__dict__.pop(name, None)
         process.n_features_in_ = X.shape[1]
     return processes
 
