@@ -184,7 +184,9 @@ def _add_audit(commands: Commands) -> None:
     parser.add_argument(
         "--workspace", help="free, obstacles; by default as the data package has it"
     )
-    parser.add_argument("--sample", type=int, default=36, help="tasks searched again")
+    parser.add_argument(
+        "--sample", type=int, default=36, help="tasks searched again (36)"
+    )
     add_seed(parser, 1, "a fresh seed")
     add_jobs(parser)
     _add_options(parser)

@@ -220,6 +220,12 @@ def test_a_column_is_spread_over_the_methods(experiment):
         np.testing.assert_array_equal(wide[name], rows["error_cm"])
 
 
+def test_one_policy_a_task_is_executed():
+    table = pd.DataFrame({"task_deg": [90.0, 180.0], "cost": [0.05, 0.05]})
+    with pytest.raises(ValueError, match="3 policies for 2 tasks; wanted as many"):
+        execute_policies(Workspace.free(), np.zeros((3, 6)), table)
+
+
 def test_execution_is_summarised_by_method(experiment):
     summary = experiment.executed_summary()
     assert list(summary.index) == METHODS

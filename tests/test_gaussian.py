@@ -114,6 +114,54 @@ def test_other_bounds_and_a_sample():
     assert both.predict(X).shape == (20, 2)
 
 
+def test_what_only_scikit_learn_does_is_left_to_it():
+    X = np.linspace(0, TURN, 12)[:, None]
+    y, gp = np.sin(X[:, 0]), gaussian_process()
+
+    def stay(obj_func, initial_theta, bounds):
+        return initial_theta, obj_func(initial_theta, eval_gradient=False)
+
+    own = clone(gp).set_params(optimizer=stay).fit(X, y)
+    np.testing.assert_array_equal(own.kernel_.theta, gp.kernel.theta)
+    gp.fit(X, np.c_[y, y]).fit(X, y)
+    assert not {"L_", "alpha_"} & set(vars(gp))  # of two targets
+    with pytest.raises(RuntimeError, match="At most one of return_std or return_cov"):
+        gp.predict(X, return_std=True, return_cov=True)
+    for params in ({"alpha": -1.0}, {"optimizer": "none"}, {"n_targets": 2}):
+        with pytest.raises(ValueError, match=next(iter(params))):
+            clone(gp).set_params(**params).fit(X, y)
+
+
+def test_tasks_may_be_written_over_after_the_fit():
+    X = np.random.default_rng(0).uniform(0, TURN, (9, 1))
+    for kernel in KERNELS:
+        mine = X.copy()
+        gp = gaussian_process(kernel).fit(mine, np.sin(X[:, 0]))
+        before = gp.predict(X + 0.1, return_std=True)
+        mine[:] = 99.0
+        np.testing.assert_array_equal(gp.predict(X + 0.1, return_std=True), before)
+
+
+@pytest.mark.parametrize("value", [0.5, 0.1, 1 / 3, 1e6 / 3])
+def test_a_constant_that_rounds_is_as_unsure_as_one_that_does_not(value):
+    X = np.linspace(0, TURN, 20)[:, None]
+    mean, std = gaussian_process().fit(X, np.full(20, value)).predict(X, True)
+    np.testing.assert_allclose(mean, value)
+    expected = gaussian_process().fit(X, np.zeros(20)).predict(X, True)[1]
+    np.testing.assert_allclose(std, expected, rtol=1e-6)
+
+
+@pytest.mark.parametrize("value", [0.5, 0.1])
+def test_constant_dimensions_leave_a_shared_kernel_to_the_others(value):
+    X = np.linspace(0, 6.2, 24)[:, None]
+    y = np.hstack([np.sin(X), np.cos(X), np.sin(2 * X)])
+    skill = ParameterizedSkill(None, kernel_per="chart")
+    expected = skill.fit(X, y).predict(X + 0.1)
+    both = skill.fit(X, np.hstack([y, np.full((24, 10), value)])).predict(X + 0.1)
+    np.testing.assert_array_equal(both[:, :3], expected)
+    np.testing.assert_allclose(both[:, 3:], value)
+
+
 ROUND = 15.0 * np.arange(24)[:, None]  # degrees
 
 

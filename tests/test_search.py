@@ -11,7 +11,7 @@ from scipy.stats import kendalltau
 import msc.search._policy
 from msc import DMP, Arm, Rollout, SearchResult, Workspace, search_policy
 from msc.robot import forward_kinematics
-from msc.search import SearchOptions, cost, initial_covariance
+from msc.search import SearchOptions, cost, initial_covariance, record_search
 from msc.search._cmaes import CmaRun, _kendall, minimize
 from msc.search._lockstep import run_in_lockstep
 from msc.search._policy import random_start, search_steps
@@ -549,3 +549,37 @@ def test_the_defaults_need_no_telling():
 def test_a_text_that_sets_nothing_is_refused(text, said):
     with pytest.raises(ValueError, match=said):
         SearchOptions.parse([text])
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+@pytest.mark.parametrize("agreement", [0.85, 2])
+def test_costs_that_rank_no_policies_are_refused(bad, agreement):
+    options = SearchOptions(agreement=agreement)
+    for costs in (lambda p: [bad] + [1.0] * (len(p) - 1), lambda _: [1.0]):
+        with pytest.raises(ValueError, match=r"costs gave .* wanted a finite number"):
+            minimize(
+                costs,
+                np.zeros(6),
+                1.0,
+                np.random.default_rng(0),
+                np.eye(6),
+                options=options,
+            )
+
+
+@pytest.mark.parametrize("search", [search_policy, record_search])
+@pytest.mark.parametrize(
+    ("argument", "value"),
+    [
+        ("seed", 1.5),
+        ("seed", None),
+        ("seed", -1),
+        ("n_starts", 1.5),
+        ("task_deg", np.nan),
+        ("task_deg", "north"),
+    ],
+)
+def test_what_is_no_number_as_wanted_is_named(search, argument, value):
+    asked = {"task_deg": 200.0, "seed": 1, "n_starts": 1, argument: value}
+    with pytest.raises(ValueError, match=argument):
+        search(free, asked.pop("task_deg"), **asked)

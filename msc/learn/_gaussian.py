@@ -40,6 +40,7 @@ _NEAR = 2.0  # log likelihoods: a second best optimum may turn out the best
 _CELL = 0.16  # of log length scales: how close one looks where it is likely
 _END = 0.05  # how far from an end of the search a least within is sought
 _RATIOS = 43  # of noise to amplitude that are tried first: three a decade
+_CONSTANT = 10 * np.finfo(float).eps  # of a mean: a spread that rounding makes
 _SAMPLE = 512  # tasks among which nodes of a kernel are sought first
 _ROUNDING = 1e-15  # of a kernel whose value at equal tasks is 1
 _FAR = 1e-10  # of a task's variance: known nodes say all but so little
@@ -145,24 +146,27 @@ class _BoundedClassifier(_AtBounds, GaussianProcessClassifier):  # type: ignore[
 class GaussianProcess(_AtBounds, GaussianProcessRegressor):  # type: ignore[misc]
     """scikit-learn's regression, and the faster for the kernels of `gaussian_process`.
 
-    With another kernel, or several targets at once, it is scikit-learn's own.
+    It has no `L_` and no `alpha_` then: there is no factor of the whole matrix. With
+    another kernel, another optimizer, or several targets at once, it is scikit-learn's
+    own.
     """
 
     _eigen: Any = None  # an _Eigen, if fitted here
 
     def fit(self, X: Any, y: Any) -> Self:
         """Fit as scikit-learn's does."""
-        self._eigen = None
         if np.ndim(y) > 1 or not self.is_quick():
+            self._eigen = None
             return super().fit(X, y)
         X, y = validate_data(self, X, y, y_numeric=True, dtype=np.float64)
+        X = np.copy(X) if self.copy_X_train else X
         return fit_together([self], X, y[:, None])[0]
 
     def predict(
         self, X: Any, return_std: bool = False, return_cov: bool = False
     ) -> Any:
         """Predict as scikit-learn's does."""
-        if self._eigen is None:
+        if self._eigen is None or (return_std and return_cov):  # both: an error
             return super().predict(X, return_std, return_cov)
         X = validate_data(self, X, reset=False, dtype=np.float64)
         amplitude, _, noise = np.exp(self.kernel_.theta)
@@ -207,7 +211,14 @@ class GaussianProcess(_AtBounds, GaussianProcessRegressor):  # type: ignore[misc
         return inside, rows - inside @ self._eigen.vectors.T
 
     def is_quick(self) -> bool:
-        """Whether the kernel is amplitude times one length scale's, plus noise."""
+        """Whether the kernel is amplitude times one length scale's, plus noise.
+
+        And whether nothing else is asked for that only scikit-learn does.
+        """
+        if self.optimizer not in (None, _refine) or self.n_restarts_optimizer:
+            return False
+        if self.n_targets not in (None, 1):
+            return False
         match self.kernel:
             case Sum(
                 k1=Product(k1=ConstantKernel() as a, k2=RBF() | ExpSineSquared() as b),
@@ -224,9 +235,11 @@ def fit_together(
     """Fit processes of the same parameters to a column of Y each, as if all alone.
 
     Or let them share length scale and ratio of noise to amplitude: those under which
-    all columns together are the likeliest.
+    all columns together are the likeliest, but for constant ones, whatever predicts
+    these.
     """
     first = processes[0]
+    first._validate_params()
     bounds = first.kernel.bounds
     if first.optimizer is None:
         bounds = np.column_stack([first.kernel.theta] * 2)
@@ -235,8 +248,11 @@ def fit_together(
     # Target by target, each a row: sums and products round as shapes have it.
     targets = np.ascontiguousarray(Y.T)
     mean, spread = targets.mean(axis=1), targets.std(axis=1)
-    spread[spread == 0.0] = 1.0
+    varies = spread > _CONSTANT * np.abs(mean)
+    spread[~varies] = 1.0
     targets = (targets - mean[:, None]) / spread[:, None]
+    some_vary = varies.any() and not varies.all()
+    together = (varies if some_vary else slice(None)) if shared else None
 
     @cache
     def look(at: float) -> tuple[_Eigen, Array, Array, Array, Array]:
@@ -244,18 +260,18 @@ def fit_together(
         z = np.array([eigen.vectors.T @ y for y in targets])
         apart = [y - eigen.vectors @ one for y, one in zip(targets, z, strict=True)]
         rest = (np.array(apart) ** 2).sum(axis=1)
-        found = _profile(eigen.values, z.T**2, rest, len(X), box, shared=shared)
+        found = _profile(eigen.values, z.T**2, rest, len(X), box, together=together)
         return eigen, z, *found
 
-    def unlikely_at(at: float, some: slice) -> float:
+    def unlikely_at(at: float, some: Any) -> float:
         return float(look(at)[2][some].sum())
 
     for k, process in enumerate(processes):
         if k == 0 or not shared:
-            some = slice(None) if shared else slice(k, k + 1)
+            some = together if shared else slice(k, k + 1)
             at = _search(partial(unlikely_at, some=some), *bounds[1])
         eigen, z, unlikely, amplitude, ratio = look(at)
-        noise = ratio[k] * amplitude[k] - first.alpha
+        noise = max(ratio[k] * amplitude[k] - first.alpha, np.finfo(float).tiny)
         theta = [np.log(amplitude[k]), at, np.log(noise)]
         process.kernel_ = first.kernel.clone_with_theta(np.clip(theta, *bounds.T))
         process.log_marginal_likelihood_value_ = -float(unlikely[k])
@@ -264,6 +280,8 @@ def fit_together(
         process._eigen, process._ratio = eigen, ratio[k]
         process._damped = eigen.values + ratio[k]
         process._weights = z[k] / process._damped
+        for name in ("L_", "alpha_"):  # of an earlier fit by scikit-learn
+            process.__dict__.pop(name, None)
         process.n_features_in_ = X.shape[1]
     return processes
 
@@ -308,9 +326,11 @@ def _profile(
     n_tasks: int,
     box: Array,
     *,
-    shared: bool,
+    together: Any,
 ) -> tuple[Array, Array, Array]:
     """Return -log p of targets at its least, and there amplitudes and ratio of noise.
+
+    If all are to have one ratio, `together` says which of them, by an index, choose it.
 
     Notes
     -----
@@ -340,7 +360,9 @@ def _profile(
         unlikely = n_tasks * np.log(2 * np.pi * amplitude) + total / amplitude
         unlikely = (unlikely + log_det) / 2
         unlikely[np.isnan(unlikely)] = np.inf
-        ranked = unlikely.sum(axis=1, keepdims=True) if shared else unlikely
+        ranked = unlikely
+        if together is not None:
+            ranked = unlikely[:, together].sum(axis=1, keepdims=True)
         at = ranked.argmin(axis=0), columns
         best = unlikely[at], amplitude[at], np.broadcast_to(ratio, unlikely.shape)[at]
         nearer = step * np.linspace(-1, 1, 17)[:, None]

@@ -73,9 +73,9 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
         (`find_copies`), is given once.
     kernel_per : {"param", "chart"}, default="param"
         Whether every policy dimension has a kernel of its own, as in the paper, or all
-        of a chart share length scale and ratio of noise to amplitude; see Notes. A
-        given regressor that is not `gaussian_process` is fitted once a chart then, to
-        all dimensions.
+        of a chart share length scale and ratio of noise to amplitude, in which those
+        that are constant have no say; see Notes. A given regressor that is not
+        `gaussian_process` is fitted once a chart then, to all dimensions.
     random_state : int, RandomState instance, Generator or None, default=None
         Given to every part whose own `random_state` is None. None draws fresh
         entropy; NumPy's global generator is left alone.

@@ -87,6 +87,11 @@ def minimize(
     CmaRun
         What was found.
 
+    Raises
+    ------
+    ValueError
+        If `costs` does not give a finite number for each policy.
+
     Examples
     --------
     >>> import numpy as np
@@ -200,7 +205,7 @@ class _Surrogate:
     def __init__(
         self, options: SearchOptions, costs_of: Callable[[Any], Sequence[float]]
     ) -> None:
-        self._agreement, self._costs_of = options.agreement, costs_of
+        self._agreement, self._tell = options.agreement, costs_of
         self._model = LQModel(max_absolute_size=options.population)
 
     @property
@@ -217,14 +222,14 @@ class _Surrogate:
         """
         costs = np.full(len(points), np.nan)
         if self._agreement > 1:  # no model could agree so well: plain CMA-ES
-            costs[:] = self._costs_of((yield policies))
+            costs[:] = self._costs_of((yield policies), len(points))
             return costs, costs
         model, n_true = self._model, max(1, 4 - self._model.size)
         while True:
             order = np.argsort(self._values(points), kind="stable")
             asked = order[np.isnan(costs[order])]
             asked = asked[: n_true - np.isfinite(costs).sum()]
-            costs[asked] = self._costs_of((yield policies[asked]))
+            costs[asked] = self._costs_of((yield policies[asked]), len(asked))
             for k in asked:
                 if not model.isin(points[k]):
                     model.add_data_row(points[k], costs[k])
@@ -240,6 +245,16 @@ class _Surrogate:
             return costs, costs
         values = self._values(points)
         return values - values.min() + np.nanmin(costs), costs
+
+    def _costs_of(self, answer: Any, n_policies: int) -> Array:
+        """Return the costs of what was executed; refuse what ranks no policies."""
+        costs = np.asarray(self._tell(answer), dtype=float)
+        if costs.shape != (n_policies,) or not np.isfinite(costs).all():
+            raise ValueError(
+                f"costs gave {costs} for {n_policies} policies; wanted a finite number "
+                "for each"
+            )
+        return costs
 
     def _values(self, points: Array) -> Array:
         """Return the model's values; before there is a model, the order given."""

@@ -12,6 +12,7 @@ from functools import partial
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from msc._checks import check_whole, to_floats
 from msc.robot import (
     DMP,
     Rollout,
@@ -253,18 +254,15 @@ def search_steps(
     """Search as `search_policy` does, executed by whoever asks for the next step."""
     dmp, options = dmp or DMP(), options or SearchOptions()
     runs = list(incumbent.runs) if incumbent else []
-    if n_starts < 0 or n_starts + len(start_policies) + len(runs) == 0:
+    _check(task_deg, seed, n_starts)
+    if n_starts + len(start_policies) + len(runs) == 0:
         raise ValueError(
             f"n_starts={n_starts} with {len(start_policies)} start_policies; "
             "wanted at least one start"
         )
-    if seed < 0:
-        raise ValueError(f"seed={seed}; wanted 0 or more")
     given = [
         check_policies(policy, dmp.n_params, single=True) for policy in start_policies
     ]
-    if not np.isfinite(task_deg):
-        raise ValueError(f"task_deg={task_deg}; wanted a finite angle")
     if incumbent and incumbent.task_deg != task_deg:
         raise ValueError(
             f"incumbent is of task {incumbent.task_deg}°; wanted one of {task_deg}°"
@@ -292,6 +290,14 @@ def search_steps(
         runs=tuple(runs),
         same=options.same,
     )
+
+
+def _check(task_deg: float, seed: int, n_starts: int) -> None:
+    """Refuse what is no angle, no seed, or no number of starts."""
+    if not np.isfinite(to_floats("task_deg", task_deg)).all():
+        raise ValueError(f"task_deg={task_deg}; wanted a finite angle")
+    check_whole("seed", seed, 0)
+    check_whole("n_starts", n_starts, 0)
 
 
 class _Task:
@@ -451,7 +457,7 @@ def record_search(
     Raises
     ------
     ValueError
-        If there is no start.
+        If there is no start, or an argument is not a number as wanted.
 
     Examples
     --------
@@ -459,6 +465,7 @@ def record_search(
     >>> bool(trace.best_costs[-1] == trace.run.cost < trace.best_costs[0])
     True
     """
+    _check(task_deg, seed, n_starts)
     if n_starts < 1:
         raise ValueError(f"n_starts={n_starts}; wanted at least one")
     dmp, options = DMP(), options or SearchOptions()

@@ -400,6 +400,11 @@ def execute_policies(
         the end), `excess_cost` (cost of this policy minus that of the searched one)
         and `touched` (whether the arm met an obstacle).
 
+    Raises
+    ------
+    ValueError
+        If there is not one finite policy for each task.
+
     Examples
     --------
     >>> import numpy as np
@@ -410,6 +415,8 @@ def execute_policies(
     """
     tasks = table["task_deg"].tolist()
     rows = check_policies(policies, DMP().n_params)
+    if len(rows) != len(tasks):
+        raise ValueError(f"{len(rows)} policies for {len(tasks)} tasks; wanted as many")
     keys = [(workspace, *key) for key in zip(tasks, map(bytes, rows), strict=True)]
     known = {key: _DONE[key] for key in keys if key in _DONE}
     new = {key: place for place, key in enumerate(keys) if key not in known}
