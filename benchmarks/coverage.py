@@ -91,12 +91,14 @@ def measure_scatter() -> dict[str, Scatter]:
                 for who in WHOSE
             ]
     table = pd.DataFrame(found)
-    medians = {name: some.drop(columns="of") for name, some in table.groupby("of")}
-    medians["all"] = table.drop(columns="of")
-    return {
-        name: Scatter(**{key: round(float(x), 2) for key, x in some.median().items()})
-        for name, some in medians.items()
-    }
+    kinds = {str(name): some.drop(columns="of") for name, some in table.groupby("of")}
+    kinds["all"] = table.drop(columns="of")
+    return {name: take_medians(some) for name, some in kinds.items()}
+
+
+def take_medians(table: pd.DataFrame) -> Scatter:
+    """Summarise rows of `scatter_of`."""
+    return Scatter(**{key: round(float(x), 2) for key, x in table.median().items()})
 
 
 def scatter_of(errors: Array) -> dict[str, float]:
@@ -310,6 +312,12 @@ def list_conditions(measured: dict[str, Scatter]) -> tuple[list[Condition], ...]
     ]
 
 
+def measure_again(condition: Condition, n_studies: int = 300) -> Scatter:
+    """Measure how the errors of a condition scatter, each study by itself."""
+    pairs = draw_pairs(condition, n_studies, np.random.default_rng(SEED))
+    return take_medians(pd.DataFrame([scatter_of(pair.errors[0]) for pair in pairs]))
+
+
 def try_intervals(
     condition: Condition, names: list[str], n_studies: int, seed: list[int]
 ) -> list[dict[str, Any]]:
@@ -365,6 +373,8 @@ def simulate(
 def main(path: Path) -> None:
     """Measure, simulate and write."""
     measured = measure_scatter()
+    (*_, usual), _ = list_conditions(measured)
+    drawn = {"drawn": usual.scatter, "drawn, measured again": measure_again(usual)}
     names = [f"{w}{kind}.csv" for w in ("free", "obstacles") for kind in ("", "_test")]
     found = {
         "n_studies": N_STUDIES,
@@ -376,7 +386,7 @@ def main(path: Path) -> None:
         "provenance": describe_origin(
             "python benchmarks/coverage.py", *(find_data() / name for name in names)
         ),
-        "scatter": {name: vars(one) for name, one in measured.items()},
+        "scatter": {name: vars(one) for name, one in (measured | drawn).items()},
         **simulate(measured),
     }
     path.write_text(format_study(found), "utf-8")

@@ -16,6 +16,7 @@ from msc.plots import (
     plot_breaks,
     plot_clusterings,
     plot_composition,
+    plot_coverage,
     plot_curves,
     plot_elbows,
     plot_execution,
@@ -23,6 +24,7 @@ from msc.plots import (
     plot_followed,
     plot_generations,
     plot_manifold,
+    plot_other_coverage,
     plot_poses,
     plot_quality,
     plot_reconstruction,
@@ -158,6 +160,8 @@ FIGURES = {
     plot_benchmark: lambda: plot_benchmark(load_benchmark()),
     plot_fits: lambda: plot_fits(load_benchmark()),
     plot_composition: composition,
+    plot_coverage: lambda: plot_coverage(*load_results("coverage")),
+    plot_other_coverage: lambda: plot_other_coverage(*load_results("coverage")),
     plot_sample_sizes: lambda: plot_sample_sizes(
         *results("study"), methods=list(METHOD_STYLES), verdicts=False
     ),

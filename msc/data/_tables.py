@@ -64,6 +64,7 @@ _COMMANDS = {
     "audit": "msc audit data/{workspace}.csv --out data/results/audit_{workspace}.json",
     "claims": "msc claims --out data/results/claims.json --readme README.md",
     "bench": "make bench",
+    "coverage": "python benchmarks/coverage.py",
 }
 
 

@@ -27,6 +27,8 @@ above, tasks in degrees.
   `sets_table`, `gate_shares`, `METHOD_STYLES`: methods against each other
 - `load_benchmark`, `plot_benchmark`, `plot_fits`, `benchmark_table`, `ROLLOUT_LIMIT`:
   time, memory
+- `plot_coverage`, `plot_other_coverage`, `coverage_table`, `GOOD_COVERAGE`: how sure
+  intervals are
 """
 
 from typing import TYPE_CHECKING
@@ -35,6 +37,12 @@ from press import face
 
 if TYPE_CHECKING:
     from msc.plots._arm import plot_followed, plot_poses, plot_weights, slide_weight
+    from msc.plots._coverage import (
+        GOOD_COVERAGE,
+        coverage_table,
+        plot_coverage,
+        plot_other_coverage,
+    )
     from msc.plots._film import check_suffix, film, render, side_by_side
     from msc.plots._graph import (
         plot_affinity,
