@@ -3,7 +3,7 @@ import pandas as pd
 import pytest
 from imagined import imagine_table
 
-import msc.study._trial
+import msc.study._measure
 from msc import Arm, Workspace
 from msc.data import WEIGHTS, save_table
 from msc.robot import cached_arm
@@ -112,16 +112,14 @@ def test_errors_are_averaged_over_the_six_dimensions(experiment):
 
 def test_a_known_chart_is_that_of_the_nearest_policy(experiment):
     charts = experiment.methods["charts"].charts_
-    assert (
-        experiment.known_charts("charts").tolist() == charts[[0, 3, 6, 7, 10]].tolist()
-    )
+    assert experiment.known_charts.tolist() == charts[[0, 3, 6, 7, 10]].tolist()
 
 
 def test_knowing_the_chart_concerns_the_charts_alone(experiment):
     learned, known = (experiment.squared_errors(one) for one in TEST_SUBSETS[:2])
     pd.testing.assert_frame_equal(learned[METHODS[1:]], known[METHODS[1:]])
     predicted = experiment.methods["charts"].predict(
-        experiment.test_tasks, chart=experiment.known_charts("charts")
+        experiment.test_tasks, chart=experiment.known_charts
     )
     np.testing.assert_allclose(
         known["charts"], np.mean((predicted - searched) ** 2, axis=1), rtol=1e-4
@@ -201,7 +199,7 @@ def test_what_is_predicted_again_is_not_executed_again(monkeypatch):
             asked.append(len(rows))
             return cached_arm(world).execute_many(rows, angles)
 
-    monkeypatch.setattr(msc.study._trial, "cached_arm", lambda _: Counted())
+    monkeypatch.setattr(msc.study._measure, "cached_arm", lambda _: Counted())
     once = execute_policies(world, policies, table)
     again = execute_policies(world, policies[::-1], table[::-1])
     other = execute_policies(Workspace.obstacles(), policies, table)

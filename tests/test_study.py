@@ -12,7 +12,7 @@ from sklearn.base import BaseEstimator
 
 import msc.study._study
 from msc.cli import main
-from msc.data import save_table
+from msc.data import load_dataset, save_table
 from msc.estimates import compare
 from msc.study import (
     MEASURES,
@@ -24,6 +24,7 @@ from msc.study import (
     run_study,
     task_density,
 )
+from msc.study._measure import measure_method
 from msc.study._methods import COMMON, METHODS, Method
 from msc.study._sampling import DESIGNS
 from msc.study._store import Trials, method_path
@@ -258,8 +259,16 @@ def test_its_ratios_are_those_of_compare(study, trials):
 
 
 def test_subsets_pick_test_tasks(trials):
-    trial = Experiment("obstacles", chosen=trials[0].chosen, seed=3, names=["charts"])
-    raw = {key: values[None] for key, values in trial.measure().items()}
+    trial, datasets = (
+        trials[0],
+        [load_dataset(f"obstacles{end}") for end in ("", "_test")],
+    )
+
+    def measured(name):
+        method = trial.methods[name]
+        return measure_method(name, method, trial.workspace, datasets, trial.chosen)
+
+    raw = {key: values[None] for key, values in measured("charts").items()}
     away = trial.away_from_jumps
     assert TEST[away].tolist() == [task for task in TEST if abs(task - 112.5) > 45]
     found = summarise_cell({"charts": raw}, away, np.ones(len(TEST)))["measures"]
@@ -269,9 +278,8 @@ def test_subsets_pick_test_tasks(trials):
         assert summary["n_tasks"] == which.sum()
     near = found["under_1_cm"]["charts"]["mean"]
     assert near == pytest.approx((raw["error_cm"] < 1).mean())
-    trial = Experiment("obstacles", chosen=trial.chosen, names=["zero policy"])
     by_dimension = trial.test_policies**2 / trial.policies.var(axis=0)
-    standardised = trial.measure()["standardised mse"]
+    standardised = measured("zero policy")["standardised mse"]
     np.testing.assert_allclose(standardised, by_dimension.mean(axis=1))
 
 

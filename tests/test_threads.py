@@ -19,7 +19,7 @@ import pandas as pd
 import pytest
 from joblib import Parallel, delayed, parallel_config
 
-import msc.study._trial
+import msc.study._measure
 from msc import Arm, Workspace, search_policy
 from msc.robot import cached_arm
 from msc.robot._bullet import load_pybullet
@@ -96,7 +96,7 @@ def test_threads_that_each_have_an_arm(alone):
 def test_joblib_s_threads(alone):
     table = pd.DataFrame({"task_deg": tasks, "cost": 0.0})
     wanted = execute_policies(walled, policies, table)
-    msc.study._trial._DONE.clear()  # executed again, by whoever comes first
+    msc.study._measure._DONE.clear()  # executed again, by whoever comes first
     with parallel_config("threading", n_jobs=4):
         found = Parallel()(
             delayed(execute_policies)(walled, policies, table) for _ in range(4)
@@ -364,7 +364,7 @@ def test_a_thread_keeps_six_arms_and_none_is_freed_while_it_is_used():
 
 AT_EXIT = """
 import threading
-import msc.study._trial
+import msc.study._measure
 from msc import Arm, Workspace, search_policy
 from msc.robot._arm import cached_arm
 

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
     )
     from msc.study._elbows import read_elbows
     from msc.study._gates import average_gates, compare_gates
+    from msc.study._measure import execute_policies
     from msc.study._methods import METHODS, build_method, fit_methods
     from msc.study._sampling import (
         TEST_SUBSETS,
@@ -48,6 +49,6 @@ if TYPE_CHECKING:
         format_study,
         most_picked,
     )
-    from msc.study._trial import Experiment, execute_policies
+    from msc.study._trial import Experiment
 
 __all__, __getattr__, __dir__ = face(__name__, __file__)

@@ -79,13 +79,12 @@ def method_path(folder: Path, world: str, name: str) -> Path:
 
 
 @cache
-def identify_module(name: str, *, without: str = "") -> str:
+def identify_module(name: str) -> str:
     """Identify what a module and all of this package that it imports compute.
 
-    Comments, docstrings and the layout of the source do not count, nor does the module
-    `without`.
+    Comments, docstrings and the layout of the source do not count.
     """
-    digest, known, waiting = hashlib.sha256(), {without}, [name]
+    digest, known, waiting = hashlib.sha256(), set[str](), [name]
     sources = {}
     while waiting:
         module = waiting.pop()

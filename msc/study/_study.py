@@ -25,7 +25,8 @@ from msc.learn import SMCE
 from msc.robot import Workspace
 from msc.study._choices import measure_elbows
 from msc.study._gates import average_gates, compare_gates
-from msc.study._methods import METHODS, build_method
+from msc.study._measure import RAW, measure_method
+from msc.study._methods import METHODS, build_method, fit_methods
 from msc.study._ours import N_CHARTS
 from msc.study._sampling import Indices, draw_samples, task_density
 from msc.study._store import (
@@ -35,10 +36,9 @@ from msc.study._store import (
     method_path,
 )
 from msc.study._summaries import summarise_cell
-from msc.study._trial import RAW, Experiment, away_from_jumps
+from msc.study._trial import away_from_jumps
 from press import checksum
 
-_REGISTRY = "msc.study._methods"  # a line more there changes no other method
 _PACKAGES = ("numpy", "scikit-learn", "cvxpy", "pybullet")
 AT_RANDOM = 15  # training sets of each size at most, where they are drawn at random
 
@@ -200,7 +200,7 @@ def _about(
     own = sets_of(name, effort, sets).items()
     drawn = [[*key, *np.array(some).tolist()] for key, some in own]
     digest = hashlib.sha256(json.dumps(drawn).encode())
-    digest.update(identify_module("msc.study._trial", without=_REGISTRY).encode())
+    digest.update(identify_module("msc.study._measure").encode())
     return {
         "method": name,
         "world": world,
@@ -221,11 +221,19 @@ def _agrees(trials: Trials | None, wanted: dict[str, Any]) -> bool:
 
 
 def _fit_and_test(
-    world: str, name: str, chosen: NDArray[np.intp], **what: Any
+    world: str,
+    name: str,
+    chosen: NDArray[np.intp],
+    *,
+    datasets: tuple[Dataset, Dataset],
+    seed: int,
 ) -> dict[str, NDArray[Any]] | str:
     """Fit and test on one training set, in a worker; or tell why it failed."""
+    where, (grid, _) = Workspace.named(world), datasets
+    known = grid.tasks[chosen], grid.policies[chosen], grid.table["cost"][chosen]
     try:
-        return Experiment(world, chosen=chosen, names=[name], **what).measure()
+        fitted = fit_methods(*known, names=[name], seed=seed, workspace=where)
+        return measure_method(name, fitted[name], where, datasets, chosen)
     except Exception as error:  # whatever a method of others raises
         return f"{type(error).__name__}: {error}"
 

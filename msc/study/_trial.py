@@ -13,20 +13,17 @@ from numpy.typing import ArrayLike, NDArray
 from msc.data import Dataset, find_jumps, load_dataset
 from msc.estimates import Estimate, compare
 from msc.learn import SMCE
-from msc.robot import DMP, Workspace, cached_arm, check_policies
-from msc.search import cost
+from msc.robot import Workspace
+from msc.study._measure import (
+    SIDE,
+    execute_both,
+    known_charts,
+    predict_from_both_sides,
+    squared_error,
+)
 from msc.study._methods import COMMON, fit_methods
 from msc.study._ours import N_CHARTS
 from msc.study._sampling import TEST_SUBSETS, take_evenly
-
-TRUE_GATE = ", true gate"  # of such a method: test tasks' own policies tell charts
-RAW = ("mse", "standardised mse", "error_cm", "excess_cost", "touched")
-_SIDE = 1e-9  # rad; a test task is predicted from so far before and behind it
-_OTHER = 1e-3  # of a weight; predictions so far apart are two
-# What a policy did for a task, in a world: methods and training sets often predict the
-# same, and it would do the same again, to the bit.
-_DONE: dict[tuple[Workspace, float, bytes], tuple[float, float, bool]] = {}
-_MOST = 200_000  # some 50 MB
 
 
 class Experiment:
@@ -142,26 +139,14 @@ class Experiment:
         """
         return np.asarray(self.methods[name].predict(np.asarray(tasks)))
 
-    def known_charts(self, name: str) -> NDArray[np.intp]:
-        """Tell charts of the test tasks by their own policies: that of the nearest.
+    @cached_property
+    def known_charts(self) -> NDArray[np.intp]:
+        """Charts of the test tasks by their own policies: that of the nearest policy.
 
-        Only the subset "chart known" and methods with a "true gate" may look at a test
-        task's policy.
-
-        Parameters
-        ----------
-        name : str
-            A method that has charts.
-
-        Returns
-        -------
-        ndarray of shape (n_test_tasks,)
-            Its charts.
+        Only the subset "chart known" may look at a test task's policy.
         """
-        nearest = np.linalg.norm(
-            self.test_policies[:, None] - self.policies[self.chosen], axis=2
-        ).argmin(axis=1)
-        return np.asarray(self.methods[name].charts_[nearest])
+        trained = self.policies[self.chosen]
+        return known_charts(self.methods["charts"], trained, self.test_policies)
 
     @cached_property
     def away_from_jumps(self) -> NDArray[np.bool_]:
@@ -172,21 +157,11 @@ class Experiment:
         """
         return away_from_jumps(self.tasks, self.jumps, self.test_tasks, self.n_samples)
 
-    def _from_both_sides(self, name: str, **known: Any) -> NDArray[np.float64]:
-        """Predict the test tasks (2, n_test_tasks, n_params)."""
-        sides = [self.test_tasks - _SIDE, self.test_tasks + _SIDE]
-        return np.stack([self.methods[name].predict(side, **known) for side in sides])
-
     @cached_property
     def _predictions(self) -> dict[str, NDArray[np.float64]]:
-        told = {
-            name: {"chart": self.known_charts(name)}
-            for name in self.methods
-            if TRUE_GATE in name
-        }
         return {
-            name: self._from_both_sides(name, **told.get(name, {}))
-            for name in self.methods
+            name: predict_from_both_sides(method, self.test_tasks)
+            for name, method in self.methods.items()
         }
 
     def squared_errors(
@@ -215,12 +190,12 @@ class Experiment:
             raise ValueError(f"subset={subset!r}; wanted one of {TEST_SUBSETS}")
         predictions = dict(self._predictions)
         if subset == "chart known" and "charts" in predictions:
-            chart = self.known_charts("charts")
-            known = self._from_both_sides("charts", chart=chart)
-            predictions["charts"] = known
+            predictions["charts"] = predict_from_both_sides(
+                self.methods["charts"], self.test_tasks, chart=self.known_charts
+            )
         units = self.policies.var(axis=0) if standardised else 1.0
         errors = {
-            name: np.mean((predicted - self.test_policies) ** 2 / units, axis=(0, 2))
+            name: squared_error(predicted, self.test_policies, units)
             for name, predicted in predictions.items()
         }
         table = pd.DataFrame(errors, index=self.test_table["task_deg"])
@@ -228,47 +203,14 @@ class Experiment:
             return table[self.away_from_jumps]
         return table[~self.away_from_jumps] if subset == "beside jumps" else table
 
-    def measure(self) -> dict[str, NDArray[Any]]:
-        """Measure the one method in every way, one number a test task.
-
-        Returns
-        -------
-        dict from str to ndarray of shape (n_test_tasks,)
-            "mse" and "standardised mse" of policies, "mse, chart known" of the charts,
-            "error_cm", "excess_cost" and "touched" of what they do.
-        """
-        (name,) = self.names
-        found = {
-            "mse": self.squared_errors(),
-            "standardised mse": self.squared_errors(standardised=True),
-        }
-        if name == "charts":
-            found["mse, chart known"] = self.squared_errors("chart known")
-        columns = "error_cm", "excess_cost", "touched"
-        found |= {column: self.executed_by_method(column) for column in columns}
-        return {key: table[name].to_numpy() for key, table in found.items()}
-
     @cached_property
     def executed(self) -> pd.DataFrame:
         """What happens when predicted policies are run: one row a task and method."""
         tables = [
-            self._execute(*sides).assign(method=name)
-            for name, sides in self._predictions.items()
+            execute_both(self.workspace, both, self.test_table).assign(method=name)
+            for name, both in self._predictions.items()
         ]
         return pd.concat(tables, ignore_index=True)
-
-    def _execute(
-        self, before: NDArray[np.float64], behind: NDArray[np.float64]
-    ) -> pd.DataFrame:
-        """Execute predictions; of two for a task the mean, and any contact, counts."""
-        done = execute_policies(self.workspace, before, self.test_table)
-        other = np.abs(behind - before).max(axis=1) > _OTHER
-        table = self.test_table[other]
-        again = execute_policies(self.workspace, behind[other], table)
-        for column in ("error_cm", "excess_cost"):
-            done.loc[other, column] = (done.loc[other, column] + again[column]) / 2
-        done.loc[other, "touched"] |= again["touched"]
-        return done
 
     def executed_by_method(self, column: str) -> pd.DataFrame:
         """Spread a column of `executed`: one row a test task, one column a method.
@@ -376,63 +318,4 @@ def away_from_jumps(
     """Tell which test tasks are farther from every jump than n samples lie apart."""
     places = (tasks[jumps] + tasks[jumps + 1]) / 2
     gaps = np.abs(test_tasks - places.reshape(1, -1))
-    return np.asarray((gaps > 2 * np.pi / n_samples + _SIDE).all(axis=1))
-
-
-def execute_policies(
-    workspace: Workspace, policies: ArrayLike, table: pd.DataFrame
-) -> pd.DataFrame:
-    """Execute one policy a task and measure it against the searched one.
-
-    Parameters
-    ----------
-    workspace : Workspace
-        Where.
-    policies : array_like of shape (n_tasks, n_params)
-        Weights of Eq. 7, in the order of the table.
-    table : DataFrame
-        The tasks, and what their searched policies cost: columns `task_deg` and `cost`.
-
-    Returns
-    -------
-    DataFrame
-        One row a task: `task_deg`, `error_cm` (distance of end effector and target at
-        the end), `excess_cost` (cost of this policy minus that of the searched one)
-        and `touched` (whether the arm met an obstacle).
-
-    Raises
-    ------
-    ValueError
-        If there is not one finite policy for each task.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> tasks = pd.DataFrame({"task_deg": [90.0, 180.0], "cost": [0.05, 0.05]})
-    >>> done = execute_policies(Workspace.free(), np.zeros((2, 6)), tasks)
-    >>> bool((done["error_cm"] > 1).all()), done["touched"].tolist()
-    (True, [False, False])
-    """
-    tasks = table["task_deg"].tolist()
-    rows = check_policies(policies, DMP().n_params)
-    if len(rows) != len(tasks):
-        raise ValueError(f"{len(rows)} policies for {len(tasks)} tasks; wanted as many")
-    keys = [(workspace, *key) for key in zip(tasks, map(bytes, rows), strict=True)]
-    known = {key: _DONE[key] for key in keys if key in _DONE}
-    new = {key: place for place, key in enumerate(keys) if key not in known}
-    angles = [task for _, task, _ in new]
-    rollouts = cached_arm(workspace).execute_many(rows[[*new.values()]], angles)
-    for key, rollout in zip(new, rollouts, strict=True):
-        known[key] = 100 * rollout.error, cost(rollout), rollout.touched
-    if len(_DONE) > _MOST:
-        _DONE.clear()
-    _DONE.update(known)
-    error_cm, paid, touched = np.array([known[key] for key in keys]).reshape(-1, 3).T
-    return pd.DataFrame(
-        {
-            "task_deg": table["task_deg"].to_numpy(),
-            "error_cm": error_cm,
-            "excess_cost": paid - table["cost"],
-            "touched": touched.astype(bool),
-        }
-    )
+    return np.asarray((gaps > 2 * np.pi / n_samples + SIDE).all(axis=1))
