@@ -6,6 +6,7 @@ Each test is named after what is said; its first line says where.
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from msc import SMCE, find_jumps, load_dataset
@@ -131,3 +132,26 @@ def test_with_none_of_36_better_at_most_some_8_percent_could_be():
         assert audit["searched"]["n_cheaper"] == 0
         n = len(audit["searched"]["change_of_cost"])
         assert (n, round(100 * (1 - 0.05 ** (1 / n)))) == (36, 8)
+
+
+def test_the_protocol_tells_how_often_intervals_hold_the_truth():
+    (found,) = load_results("coverage")
+    main, others = (pd.DataFrame(found[part]) for part in ("main", "others"))
+    page = " ".join((ROOT / "book" / "protocol.md").read_text("utf-8").split())
+
+    def span(rows, what="coverage", kind=found["chosen"], wider=found["wider"]):
+        some = rows[(rows["interval"] == kind) & (rows["wider"] == wider)][what]
+        return f"{100 * some.min():.0f} to {100 * some.max():.0f} %"
+
+    def other(*names):
+        return others[others["condition"].isin(names)]
+
+    assert f"holds the truth in {span(main)} of studies" in page
+    assert f"without stretching it would in {span(main, wider=1)}," in page
+    before = span(main, kind=found["before"], wider=1)
+    assert f"one by one, as this book had it before, in {before}." in page
+    heavier = other("heavier tails", "neighbours more alike")
+    assert f"more alike ({span(heavier)})" in page
+    assert f"three arcs: {span(other('tasks: 30 in three arcs'))})" in page
+    twice = main[(main["sets"] == 15) & (main["ratio"] == 0.5)]
+    assert f"to be better in {span(twice, 'power')} of" in page
