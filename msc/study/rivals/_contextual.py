@@ -73,8 +73,8 @@ class ContextualSearch(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type
     and executed. As some tasks cost more than others, policies are ranked by what they
     cost beyond a baseline, the regression of costs on nearly twice as many features.
     The better half get the weights of CMA-ES, and the mean moves by weighted regression
-    of ``y - coef_ f`` on f. Step size and covariance follow CMA-ES, with the mean's step
-    at the mean features for the paths. With f = 1 alone it is CMA-ES. It assumes that
+    of ``y - coef_ f`` on f. Step size and covariance follow CMA-ES, the mean's step
+    at the mean features being for the paths. With f = 1 it is CMA-ES. It assumes that
     the best policies are linear in the features, and that all tasks want to be explored
     alike.
 
@@ -215,7 +215,7 @@ class Strategy:
         n = n_params + n_context
         self.n_policies = 4 + int(3 * np.log(n)) * (1 + 2 * n_context)  # Eq. 48
         half = self.n_policies // 2
-        weights = np.log(half + 0.5) - np.log(np.arange(1, half + 1))
+        weights = np.log((self.n_policies + 1) / 2 / np.arange(1, half + 1))  # Eq. 49
         self.weights = np.append(weights / weights.sum(), np.zeros(half + 1))
         self.weights = self.weights[: self.n_policies]
         self.mu = mu = 1 / (self.weights**2).sum()  # Eq. 8
@@ -224,7 +224,7 @@ class Strategy:
         self.damping = 1 + 2 * excess + self.c_sigma + np.log(n_context + 1)
         self.c_c = (4 + mu / n) / (n + 4 + 2 * mu / n)  # Eq. 56
         self.c_1 = 2 / ((n + 1.3) ** 2 + mu)  # Eq. 57
-        rank_mu = 2 * (mu - 2 + 1 / mu) / ((n + 2) ** 2 + mu)
+        rank_mu = 2 * (0.25 + mu - 2 + 1 / mu) / ((n + 2) ** 2 + mu)
         self.c_mu = min(1 - self.c_1, rank_mu)  # Eq. 58
         self.norm = np.sqrt(n_params) * (
             1 - 1 / (4 * n_params) + 1 / (21 * n_params**2)

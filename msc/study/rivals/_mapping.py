@@ -53,7 +53,7 @@ class MappedMovement(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: 
 
     A DMP's own scaling, which stretches each coordinate by itself and is what a policy
     left as it is would do, is no similarity. It assumes that the arm and the obstacles
-    do not mind being at another place; `msc.study.search_curves` says what
+    do not mind being at another place; `msc.study.measure_savings` says what
     that is worth: jump-start, rollouts to a threshold, asymptote.
 
     Adapted: the map is given, where the original finds it by structure mapping between

@@ -8,7 +8,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import minimize
-from scipy.special import log_softmax
+from scipy.special import log_softmax, softmax
 from sklearn.utils._param_validation import Interval
 
 from msc._checks import RANDOM_STATE, RandomState, seed_of, validate_points
@@ -178,9 +178,12 @@ class PractisedMixture(MovementMixture):
 
 def draw_shares(rng: np.random.Generator, shares: Array, concentration: float) -> Array:
     """Draw shares from Dirichlet distributions whose means are given, row by row."""
-    drawn = rng.standard_gamma(concentration * shares)
-    sums = drawn.sum(axis=1, keepdims=True)
-    return np.asarray(np.where(sums > 0, drawn / np.where(sums > 0, sums, 1), shares))
+    # Gamma variates over their sum, in logarithms: of few counts they are too small.
+    counts = np.maximum(concentration * shares, 1e-300)
+    whole = np.log(rng.standard_gamma(counts + 1))
+    return np.asarray(
+        softmax(whole - rng.standard_exponential(counts.shape) / counts, 1)
+    )
 
 
 def regress_gate(

@@ -49,8 +49,9 @@ class Trials:
             rollouts = arm.execute_many(policies, np.rad2deg(X[:, 0]).tolist())
             paid = np.array([cost(rollout) for rollout in rollouts])
         if paid.shape != (len(X),) or not np.isfinite(paid).all():
+            bad = paid[~np.isfinite(paid)] if paid.shape == (len(X),) else [paid.shape]
             raise ValueError(
-                f"execute gave {paid!r}; wanted {len(X)} finite costs, one a policy"
+                f"execute gave {bad[0]}; wanted {len(X)} finite costs, one a policy"
             )
         self.n_rollouts += len(X)
         return paid
