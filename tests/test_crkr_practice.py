@@ -71,7 +71,7 @@ def test_every_draw_is_that_of_table_1(n_together):
 
 def test_trials_make_it_better_as_in_the_original_s_first_example():
     """From one demonstration, on tasks it was not given: errors fall with trials."""
-    one, own = X[:1], [*y[:1], [3.0, 1.0]]
+    one, own = X[:1], y[:1] + np.array([3.0, 1.0])
 
     def missed(n_rollouts):
         model = PractisedCrKR(

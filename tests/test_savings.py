@@ -98,7 +98,7 @@ def test_times_are_counted_rollout_by_rollout(seed):
 
 def test_a_task_is_never_dropped():
     searched, costs = fake(0)
-    with pytest.raises(ValueError, match="costs are of 8 searches, 8 .* of 9 tasks"):
+    with pytest.raises(ValueError, match=r"costs are of 8 searches, 8 .* of 9 tasks"):
         time_searches(costs[1:], searched)
     with pytest.raises(ValueError, match="costs are of 9 searches, 8 of them with"):
         time_searches([costs[0][:0], *costs[1:]], searched)
