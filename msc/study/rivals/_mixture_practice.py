@@ -180,10 +180,9 @@ def draw_shares(rng: np.random.Generator, shares: Array, concentration: float) -
     """Draw shares from Dirichlet distributions whose means are given, row by row."""
     # Gamma variates over their sum, in logarithms: of few counts they are too small.
     counts = np.maximum(concentration * shares, 1e-300)
-    whole = np.log(rng.standard_gamma(counts + 1))
-    return np.asarray(
-        softmax(whole - rng.standard_exponential(counts.shape) / counts, 1)
-    )
+    logs = np.log(rng.standard_gamma(counts + 1))
+    logs -= rng.standard_exponential(counts.shape) / counts
+    return np.asarray(softmax(logs, axis=1))
 
 
 def regress_gate(
