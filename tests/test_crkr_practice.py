@@ -23,7 +23,7 @@ def squares(policies, X):
 
 
 def test_without_practice_it_is_the_regression_of_standardised_policies():
-    model = PractisedCrKR(execute=execute, n_rollouts=0, length_scale=0.7)
+    model = PractisedCrKR(execute=execute, n_rollouts=0, length_scale=0.7, beyond=False)
     model.fit(X, y, start_costs)
     mean, scale = y.mean(axis=0), y.std(axis=0)
     alone = CrKR(0.7).fit(X, (y - mean) / scale, start_costs)
@@ -39,6 +39,7 @@ def test_every_draw_is_that_of_table_1(n_together):
         execute=execute,
         length_scale=width,
         ridge=ridge,
+        beyond=False,
         n_rollouts=10,
         n_together=n_together,
         random_state=5,

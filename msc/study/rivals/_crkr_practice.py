@@ -22,9 +22,17 @@ from msc._checks import (
 )
 from msc.robot import DMP, Workspace
 from msc.study.rivals._crkr import CrKR
-from msc.study.rivals._trials import N_TOGETHER, Execute, Trials, draw_tasks
+from msc.study.rivals._trials import (
+    N_TOGETHER,
+    Execute,
+    Trials,
+    draw_tasks,
+    usual_costs,
+)
 
 Array = NDArray[np.float64]
+
+_FLOOR = 0.01  # of the training tasks' mean cost: what beyond counts as none
 
 
 class PractisedCrKR(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: ignore[misc]
@@ -39,6 +47,9 @@ class PractisedCrKR(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: i
         n_task_params) give n positive costs.
     length_scale, ridge, tune : float, float, bool
         As of `CrKR`, for standardised policies; tuned once, before practice.
+    beyond : bool, default=True
+        Whether a sample counts with what it cost beyond the searched policies, as they
+        are between the training tasks, instead of its whole cost.
     n_rollouts : int, default=500
         Trials.
     n_together : int, default=9
@@ -78,10 +89,14 @@ class PractisedCrKR(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: i
     policies of a task the mean keeps to the cheaper, in proportion. It assumes that
     what lies between good policies is good. `predict` gives the mean.
 
-    Adapted: policies are standardised over the training set, without which a variance
-    of about one would explore nothing of weights of some twenty, and the mean far from
-    all samples would be the zero policy; the start is a set of searched policies, not
-    one demonstration; trials are executed nine at a time.
+    Adapted: a cost here does not fall to zero as the original's does where a task is
+    solved, so that trials all but as bad as one another and searched policies would
+    weigh nearly the same. So C holds what is `beyond` those of the two nearest training
+    tasks, averaged by nearness, and a hundredth of the training tasks' mean cost.
+    Policies are standardised over the training set, without which a variance of about
+    one would explore nothing of weights of some twenty, and the mean far from all
+    samples would be the zero policy. The start is a set of searched policies, not one
+    demonstration; trials are executed nine at a time.
 
     References
     ----------
@@ -106,6 +121,7 @@ class PractisedCrKR(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: i
         "length_scale": [Interval(Real, 0, None, closed="neither")],
         "ridge": [Interval(Real, 0, None, closed="neither")],
         "tune": ["boolean"],
+        "beyond": ["boolean"],
         "n_rollouts": [Interval(Integral, 0, None, closed="left")],
         "n_together": [Interval(Integral, 1, None, closed="left")],
         "random_state": RANDOM_STATE,
@@ -119,6 +135,7 @@ class PractisedCrKR(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: i
         length_scale: float = 1.0,
         ridge: float = 0.5,
         tune: bool = False,
+        beyond: bool = True,
         n_rollouts: int = 500,
         n_together: int = N_TOGETHER,
         span: tuple[float, float] | None = None,
@@ -130,6 +147,7 @@ class PractisedCrKR(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: i
         self.length_scale = length_scale
         self.ridge = ridge
         self.tune = tune
+        self.beyond = beyond
         self.n_rollouts = n_rollouts
         self.n_together = n_together
         self.span = span
@@ -167,8 +185,16 @@ class PractisedCrKR(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: i
         self._scaler = StandardScaler()
         targets = self._scaler.fit_transform(y.reshape(len(X), -1))
         start, tasks = X, X
+        known = costs
+
+        def weigh(tasks: Array, costs: Array) -> Array:
+            if not self.beyond:
+                return costs
+            more = costs - usual_costs(start, known, tasks)
+            return np.asarray(np.maximum(more, 0.0) + _FLOOR * known.mean())
+
         model = CrKR(self.length_scale, self.ridge, tune=self.tune, verbose=False)
-        model.fit(tasks, targets, costs)
+        model.fit(tasks, targets, weigh(tasks, costs))
         given = model.length_scale_, model.ridge_
         while left := self.n_rollouts - trials.n_rollouts:
             new = draw_tasks(rng, min(left, self.n_together), start, self.span)
@@ -177,7 +203,7 @@ class PractisedCrKR(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: i
             paid = trials(self._scaler.inverse_transform(drawn), new)
             tasks, targets = np.vstack([tasks, new]), np.vstack([targets, drawn])
             costs = np.append(costs, paid)
-            model = CrKR(*given).fit(tasks, targets, costs)
+            model = CrKR(*given).fit(tasks, targets, weigh(tasks, costs))
         self.regressor_, self.n_rollouts_ = model, trials.n_rollouts
         self.tasks_, self.costs_ = tasks, costs
         self.policies_ = self._scaler.inverse_transform(targets)

@@ -37,7 +37,7 @@ class PractisedMixture(MovementMixture):
         Trials.
     n_together : int, default=9
         Trials that are executed before they are learned from.
-    concentration : float, default=3.0
+    concentration : float, default=10.0
         How near, > 0, the shares of a trial are to the gate's. With very few a trial is
         of one movement, drawn by the gate; with very many of the gate's own mixture.
     temperature : float, default=None
@@ -117,7 +117,7 @@ class PractisedMixture(MovementMixture):
         width: float = 0.3,
         n_rollouts: int = 500,
         n_together: int = N_TOGETHER,
-        concentration: float = 3.0,
+        concentration: float = 10.0,
         temperature: float | None = None,
         strength: float = 0.1,
         span: tuple[float, float] | None = None,

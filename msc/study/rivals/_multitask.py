@@ -184,6 +184,11 @@ class MultiTaskSearch(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type:
             return paid.reshape(len(functions), -1).mean(axis=1).tolist()  # type: ignore[no-any-return]
 
         root = np.kron(trials.spread(X, n_params), np.eye(self.n_features))
+        options = SearchOptions(
+            max_evaluations=most,
+            population=population,
+            stalled=most,  # it is the budget that ends it
+        )
         step = self.step or trials.first_step(self.from_policies)
         found = minimize(
             costs,
@@ -191,7 +196,7 @@ class MultiTaskSearch(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type:
             step / np.sqrt(self.n_features),  # features' squares sum to n_features
             np.random.default_rng(seed_of(self.random_state)),
             np.asarray(root, dtype=np.float64),
-            options=SearchOptions(max_evaluations=most, population=population),
+            options=options,
         )
         self.coef_ = found.policy.reshape(n_params, -1)
         self.mean_cost_, self.n_rollouts_ = found.cost, trials.n_rollouts
