@@ -77,6 +77,7 @@ def test_trials_make_it_better_as_in_the_original_s_first_example():
     def missed(n_rollouts):
         model = PractisedCrKR(
             execute=lambda policies, X: execute(policies * [20, 5], X),
+            beyond=False,
             n_rollouts=n_rollouts,
             span=(0.0, 6.0),
             random_state=1,
@@ -86,6 +87,20 @@ def test_trials_make_it_better_as_in_the_original_s_first_example():
     before, some, many = missed(0), missed(60), missed(400)
     assert many < some < before
     assert many < 0.35 * before
+
+
+def test_costs_count_beyond_those_of_searched_policies():
+    """Trials, which cost what tasks do, count as training tasks of no cost would."""
+    found = PractisedCrKR(
+        execute=lambda policies, X: 5 + X[:, 0],  # as searched, for every policy
+        n_rollouts=30,
+        random_state=0,
+    ).fit(X, y, 5 + X[:, 0])
+    least = np.full(len(found.costs_), 0.01 * (5 + X).mean())
+    alone = CrKR().fit(found.tasks_, (found.policies_ - y.mean(0)) / y.std(0), least)
+    np.testing.assert_allclose(
+        found.predict(new), alone.predict(new) * y.std(0) + y.mean(0)
+    )
 
 
 def test_cheap_trials_count_and_dear_ones_do_not():

@@ -89,10 +89,10 @@ class PractisedCrKR(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: i
     policies of a task the mean keeps to the cheaper, in proportion. It assumes that
     what lies between good policies is good. `predict` gives the mean.
 
-    Adapted: a cost here does not fall to zero as the original's does where a task is
-    solved, so that trials all but as bad as one another and searched policies would
-    weigh nearly the same. So C holds what is `beyond` those of the two nearest training
-    tasks, averaged by nearness, and a hundredth of the training tasks' mean cost.
+    Adapted: where a task is solved a cost here does not fall to zero, as the original's
+    does, and a poor trial would weigh nearly what a searched policy does. So C holds
+    what is `beyond` the costs of the two nearest training tasks, averaged by nearness,
+    and a hundredth of the training tasks' mean cost.
     Policies are standardised over the training set, without which a variance of about
     one would explore nothing of weights of some twenty, and the mean far from all
     samples would be the zero policy. The start is a set of searched policies, not one
@@ -111,7 +111,9 @@ class PractisedCrKR(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: i
     >>> def execute(policies, X):
     ...     return 0.01 + (policies[:, 0] - np.sin(X[:, 0])) ** 2
     >>> X, y = np.array([[0.0], [3.0], [6.0]]), np.array([[0.5], [0.5], [-0.5]])
-    >>> model = PractisedCrKR(execute=execute, n_rollouts=90, random_state=0)
+    >>> model = PractisedCrKR(
+    ...     execute=execute, beyond=False, n_rollouts=90, random_state=0
+    ... )
     >>> policies = model.fit(X, y, cost=execute(y, X)).predict([[1.5]])
     >>> bool(abs(policies[0, 0] - np.sin(1.5)) < 0.2), model.n_rollouts_
     (True, 90)

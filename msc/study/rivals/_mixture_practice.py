@@ -95,7 +95,7 @@ class PractisedMixture(MovementMixture):
     ...     return (policies[:, 0] - 1.0) ** 2  # of the two, the second is always right
     >>> mixture = PractisedMixture(execute=execute, n_rollouts=90, random_state=0)
     >>> mixture = mixture.fit([[0.0], [1.0]], [[0.0], [1.0]])
-    >>> bool(mixture.gate([[0.4]])[0, 1] > 0.5), mixture.n_rollouts_
+    >>> bool(mixture.gate([[0.5]])[0, 1] > 0.6), mixture.n_rollouts_
     (True, 90)
     """
 
