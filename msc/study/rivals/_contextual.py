@@ -45,7 +45,7 @@ class ContextualSearch(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type
         Standard deviation, > 0, of the first policies. None: as in searches of one
         task.
     n_rollouts : int, default=20000
-        Trials, at most: what searches of some forty tasks take.
+        Trials, at most: what searches of some twenty tasks from scratch take.
     span : tuple of (float, float), default=(0, 2 pi)
         Bounds of tasks, between which they are drawn, uniformly (rad).
     dmp : DMP, optional
@@ -73,8 +73,8 @@ class ContextualSearch(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type
     and executed. As some tasks cost more than others, policies are ranked by what they
     cost beyond a baseline, the regression of costs on nearly twice as many features.
     The better half get the weights of CMA-ES, and the mean moves by weighted regression
-    of ``y - coef_ f`` on f. Step size and covariance follow CMA-ES, the mean's step
-    at the mean features being for the paths. With f = 1 it is CMA-ES. It assumes that
+    of ``y - coef_ f`` on f. Step size and covariance follow CMA-ES, with paths of
+    the mean's steps at the mean features. With f = 1 it is CMA-ES. It assumes that
     the best policies are linear in the features, and that all tasks want to be explored
     alike.
 

@@ -46,7 +46,7 @@ class MultiTaskSearch(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type:
         Standard deviation, > 0, of the first policies, over all tasks and around the
         first function. None: as in searches of one task.
     n_rollouts : int, default=20000
-        Trials, at most: what searches of some forty tasks take.
+        Trials, at most: what searches of some twenty tasks from scratch take.
     span : tuple of (float, float), default=(0, 2 pi)
         Bounds of tasks, between which features are orthonormal (rad).
     dmp : DMP, optional
