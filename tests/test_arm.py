@@ -320,6 +320,34 @@ def test_other_numbers_of_tasks_and_policies_are_refused(arm):
         arm.execute_many(np.zeros((2, 6)), [0, 1, 2])
 
 
+def test_an_arm_follows_plans_as_it_does_those_of_policies(walled_arm, rollouts):
+    plans = walled_arm.plan(policies, walled_arm.workspace.target(tasks))
+    found = walled_arm.follow(plans, tasks)
+    assert [bits(one) for one in found] == [bits(one) for one in rollouts]
+
+
+def test_a_movement_that_is_stopped_stays_where_it_stopped(arm):
+    """The same up to the stop; what it misses is counted to the goal that is given."""
+    [plan] = arm.plan(policies[:1], arm.workspace.target([30.0]))
+    stopped = np.concatenate([plan[:30], np.tile(plan[30], (len(plan) - 30, 1))])
+    whole, halted = arm.follow([plan, stopped], 200.0)
+    np.testing.assert_array_equal(halted.joints[:30], whole.joints[:30])
+    np.testing.assert_allclose(halted.joints[-1], plan[30], atol=0.02)
+    place = forward_kinematics(halted.joints[-1], arm.workspace.link_lengths)[-1]
+    missed = np.hypot(*(place - arm.workspace.target(200.0)))
+    assert halted.error == pytest.approx(missed, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    "plans", [np.zeros((2, 66, 3)), np.zeros((67, 3)), np.full((1, 67, 3), np.nan)]
+)
+def test_plans_of_another_shape_are_refused(arm, plans):
+    with pytest.raises(
+        ValueError, match=r"plans have shape .*; wanted \(n_plans, 67, 3"
+    ):
+        arm.follow(plans, 0.0)
+
+
 def test_a_task_that_is_no_angle_is_refused(arm):
     with pytest.raises(ValueError, match=r"task_deg=.* not finite"):
         arm.execute(np.zeros(6), math.nan)

@@ -39,7 +39,18 @@ ONLY_IN = {
     "cma": "msc.search._cmaes",
 }
 KNOWS_GOALS = {  # rivals that ask how movements end
-    f"msc.study.rivals.{name}" for name in ("_option", "_projection", "_promp")
+    f"msc.study.rivals.{name}"
+    for name in ("_mapping", "_option", "_projection", "_promp")
+}
+PRACTISES = {  # rivals that execute policies, or search
+    f"msc.study.rivals.{name}"
+    for name in (
+        "_contextual",
+        "_crkr_practice",
+        "_mixture_practice",
+        "_multitask",
+        "_trials",
+    )
 }
 IMPORTS = ast.Import, ast.ImportFrom
 OTHER_OPEN = {"Image.open", "os.open", "self._open", "webbrowser.open"}  # of no text
@@ -150,7 +161,8 @@ def test_a_package_that_is_hidden_has_one_module(name):
 )
 def test_learners_know_nothing_of_robots(name):
     known = {"press", "msc._checks", "msc._parallel", "msc.learn", floor_of(name)}
-    known |= {"msc.robot"} if name in KNOWS_GOALS else set()
+    known |= {"msc.robot"} if name in KNOWS_GOALS | PRACTISES else set()
+    known |= {"msc.search"} if name in PRACTISES else set()
     assert {floor_of(module) for module, _ in own(name)} <= known
 
 

@@ -60,6 +60,16 @@ def test_a_straight_movement_stops_at_the_foot_of_the_perpendicular():
     np.testing.assert_allclose(stops[~inside], np.tile(end, (sum(~inside), 1)))
 
 
+def test_an_arm_that_follows_it_stops_where_it_says(option):
+    chosen = new[::8]
+    with Arm(world) as arm:
+        rollouts = arm.follow(option.plan(chosen), np.rad2deg(chosen[:, 0]))
+    ends = np.array([rollout.path[-1] for rollout in rollouts])
+    np.testing.assert_allclose(ends, option.path(chosen)[:, -1], atol=0.01)
+    missed = np.linalg.norm(option.path(chosen)[:, -1] - goals(chosen), axis=1)
+    assert [one.error for one in rollouts] == pytest.approx(missed, abs=0.01)
+
+
 def test_a_learned_goal_is_reached_by_its_own_movement_or_nearer(option):
     own = DMP().path(policies, start, goals(tasks), times)[:, -1]
     missed = np.linalg.norm(own - goals(tasks), axis=1)

@@ -13,7 +13,7 @@ from typing import NoReturn
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from msc._checks import check_kind, check_whole, to_floats
+from msc._checks import LARGEST, check_kind, check_whole, to_floats
 from msc.robot._bullet import BulletWorld
 from msc.robot._control import TIME_STEP, ControllerGains
 from msc.robot._dmp import DMP, check_policies
@@ -202,25 +202,75 @@ class Arm:
             a rollout.
         """
         checked = np.atleast_2d(check_policies(policies, self.dmp.n_params))
-        angles = to_floats("task_deg", task_deg)
-        if angles.ndim and angles.shape != (len(checked),):
-            raise ValueError(
-                f"task_deg has shape {angles.shape}; wanted one angle or "
-                f"{len(checked)}, as many as policies"
-            )
-        targets = np.broadcast_to(self.workspace.target(angles), (len(checked), 2))
+        targets = self._targets(task_deg, len(checked))
         rollouts = []
         for first in range(0, len(checked), self.n_parallel):
             batch = slice(first, first + self.n_parallel)
             plan = self.plan(checked[batch], targets[batch])
-            joints, impulse = self._world.track(plan)
-            energy = np.sum(np.diff(joints, axis=1) ** 2, axis=(1, 2)) / TIME_STEP
-            path = forward_kinematics(joints, self.workspace.link_lengths)[:, :, -1]
-            error = np.hypot(*(path[:, -1] - targets[batch]).T)
-            numbers = error.tolist(), energy.tolist(), impulse.tolist()
-            rows = zip(joints, path, *numbers, strict=True)
-            rollouts += [Rollout(*row) for row in rows]
+            rollouts += self._follow(plan, targets[batch])
         return rollouts
+
+    def follow(
+        self, plans: ArrayLike, task_deg: float | Sequence[float]
+    ) -> list[Rollout]:
+        """Follow joint angles, whoever planned them, each from the home pose.
+
+        Parameters
+        ----------
+        plans : array_like of shape (n_plans, n_steps + 1, 3)
+            Joint angles (rad), as `plan` gives them.
+        task_deg : float or array_like of shape (n_plans,)
+            Task angle of all, or of each (degrees).
+
+        Returns
+        -------
+        list of Rollout
+            What happened, in order.
+
+        Raises
+        ------
+        ValueError
+            If plans have another shape or are not finite, or the lengths differ.
+        RuntimeError
+            If the arm is closed, also by another thread, or the call comes from within
+            a rollout.
+        """
+        joints = to_floats("plans", plans)
+        wanted = (N_STEPS + 1, 3)
+        if joints.shape[1:] != wanted or not (np.abs(joints) <= LARGEST).all():
+            raise ValueError(
+                f"plans have shape {joints.shape}; wanted (n_plans, {wanted[0]}, "
+                f"{wanted[1]}), all of finite angles"
+            )
+        targets = self._targets(task_deg, len(joints))
+        rollouts = []
+        for first in range(0, len(joints), self.n_parallel):
+            batch = slice(first, first + self.n_parallel)
+            rollouts += self._follow(joints[batch], targets[batch])
+        return rollouts
+
+    def _targets(
+        self, task_deg: float | Sequence[float], n_rollouts: int
+    ) -> NDArray[np.float64]:
+        """Return the goal of each rollout."""
+        angles = to_floats("task_deg", task_deg)
+        if angles.ndim and angles.shape != (n_rollouts,):
+            raise ValueError(
+                f"task_deg has shape {angles.shape}; wanted one angle or "
+                f"{n_rollouts}, as many as policies"
+            )
+        return np.broadcast_to(self.workspace.target(angles), (n_rollouts, 2))
+
+    def _follow(
+        self, plan: NDArray[np.float64], targets: NDArray[np.float64]
+    ) -> list[Rollout]:
+        """Follow as many plans as there are copies, or fewer."""
+        joints, impulse = self._world.track(plan)
+        energy = np.sum(np.diff(joints, axis=1) ** 2, axis=(1, 2)) / TIME_STEP
+        path = forward_kinematics(joints, self.workspace.link_lengths)[:, :, -1]
+        error = np.hypot(*(path[:, -1] - targets).T)
+        numbers = error.tolist(), energy.tolist(), impulse.tolist()
+        return [Rollout(*row) for row in zip(joints, path, *numbers, strict=True)]
 
     def plan(
         self, policies: NDArray[np.float64], targets: NDArray[np.float64]

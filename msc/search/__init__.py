@@ -3,9 +3,10 @@
 A policy is the six weights of Eq. 7; its `cost` weighs the final distance to the goal
 against the energy of the movement. `search_policy` finds the cheapest policy of one
 task by several runs of CMA-ES, `search_policies` those of several tasks at once, and
-`record_search` keeps all that is tried; `search_tasks` carries out a `SweepPlan`, a
-search of many tasks that neighbours help, on processes or a cluster, and goes on where
-it was interrupted. `SearchOptions` has all that a search may be told.
+`record_search` keeps all that is tried, `search_curves` what each rollout cost;
+`search_tasks` carries out a `SweepPlan`, a search of many tasks that neighbours help,
+on processes or a cluster, and goes on where it was interrupted. `SearchOptions` has all
+that a search may be told.
 
 A *start* is where a run of CMA-ES begins, a *run*, the `CmaRun` of `minimize`, what
 becomes of it. `task_deg` are degrees, counted from the cut; the final distance is
@@ -18,6 +19,7 @@ from press import face
 
 if TYPE_CHECKING:
     from msc.search._cmaes import CmaRun, minimize
+    from msc.search._curves import SearchCurve, search_curves
     from msc.search._lockstep import N_PARALLEL
     from msc.search._options import SearchOptions
     from msc.search._policy import (

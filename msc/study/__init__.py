@@ -14,6 +14,8 @@ does.
 - `run_elbows` and, below it, `read_elbows`, `measure_elbows`, `most_picked`,
   `choose_criterion`, `compare_gates`, `average_gates`, `compare_clusterers`: the
   choices inside a skill
+- `measure_savings` and, above it, `time_searches`, `summarise_savings`, `budgets`,
+  `break_even`: what predicting saves of searching
 - `audit_table`: evidence on a table of policies
 - `locate_cut`, `choose_layout`: what fixed the world's two free constants
 """
@@ -40,6 +42,14 @@ if TYPE_CHECKING:
         nearest_task,
         take_evenly,
         task_density,
+    )
+    from msc.study._savings import (
+        SCRATCH,
+        break_even,
+        budgets,
+        measure_savings,
+        summarise_savings,
+        time_searches,
     )
     from msc.study._study import run_elbows, run_study
     from msc.study._summaries import (

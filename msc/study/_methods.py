@@ -124,6 +124,7 @@ METHODS = {
         f"ladder: {charts}{gate}": Method(build_ladder, "ladder", "even")
         for charts in ("SMCE", "linkage", "pieces")
         for gate in ("", ", best gate", ", abstaining", ", true gate")
+        if charts + gate != "SMCE"  # it is "charts, one kernel"
     },
     **{
         f"{count} {'chart' if count == 1 else 'charts'}": Method(

@@ -10,6 +10,9 @@ Knowing how movements end
     `GoalProjected`; `ConditionedProMP`
 What one would try today
     `todays_methods`, among them `ChangePointProcess`
+With rollouts of their own, which they count: `n_rollouts_`
+    `PractisedCrKR`; `PractisedMixture`; `MultiTaskSearch`; `ContextualSearch`; and, as
+    the start of a search, `MappedMovement`
 How hyper-parameters are chosen
     `tune`, by `RANGES`, `N_TRIALS` and `N_FOLDS`
 """
@@ -22,9 +25,14 @@ if TYPE_CHECKING:
     from msc.study.rivals._changepoints import ChangePointProcess
     from msc.study.rivals._components import NeighbourComponents, isomap_skill
     from msc.study.rivals._constant import zero_policy
+    from msc.study.rivals._contextual import ContextualSearch
     from msc.study.rivals._crkr import CrKR
+    from msc.study.rivals._crkr_practice import PractisedCrKR
     from msc.study.rivals._interpolation import Interpolation
+    from msc.study.rivals._mapping import MappedMovement
     from msc.study.rivals._mixture import MovementMixture
+    from msc.study.rivals._mixture_practice import PractisedMixture
+    from msc.study.rivals._multitask import MultiTaskSearch
     from msc.study.rivals._option import StoppedMovement
     from msc.study.rivals._projection import GoalProjected
     from msc.study.rivals._promp import ConditionedProMP

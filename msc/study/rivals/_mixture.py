@@ -52,8 +52,7 @@ class MovementMixture(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type:
     Adapted: stored movements come from search, not from a teacher's hand; and before
     practice ``f(x) = (1, x)`` and ``v_i = (-|x_i|^2 / 2, x_i) / width^2``, which gives
     movement i the share of a Gaussian of that width about its own task x_i. Left out:
-    practice, by which the original refines the gate with rewards. It would be a
-    subclass that changes `gate_weights_` after `fit`, or has another `gate`.
+    practice, by which the original refines the gate with rewards: `PractisedMixture`.
 
     References
     ----------

@@ -54,8 +54,8 @@ class StoppedMovement(BaseEstimator):  # type: ignore[misc]
     That is no policy. A stored movement itself could be one for another goal, to the
     last bit: basis functions sum to one (Eq. 7), so that the spring's pull is a force
     like theirs. But the weights of a DMP do not let it stand still half-way. So this
-    class has `plan` in place of `predict`: joint angles in the form of `Arm.plan`, for
-    whatever follows them. Errors of policy weights it has none.
+    class has `plan` in place of `predict`: joint angles, for `Arm.follow`. Errors of
+    policy weights it has none.
 
     Adapted: movements are those of searched policies, and pass where the DMP says, not
     where an arm was seen to be. Left out: everything that makes a hierarchy, as salient

@@ -1,0 +1,152 @@
+"""A known movement, turned and stretched onto the way to another goal."""
+
+from __future__ import annotations
+
+from typing import Any, Self
+
+import numpy as np
+from numpy.typing import NDArray
+from sklearn.base import BaseEstimator, MultiOutputMixin, RegressorMixin
+from sklearn.utils.validation import check_is_fitted
+
+from msc._checks import check_kind, validate_pairs, validate_points
+from msc.robot import DMP, Workspace, forward_kinematics
+
+Array = NDArray[np.float64]
+
+
+class MappedMovement(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: ignore[misc]
+    """Carry the nearest task's movement over, by how start and goals correspond.
+
+    After Liu and Stone. What it predicts is where a search of the new task begins.
+
+    Parameters
+    ----------
+    workspace : Workspace, optional
+        Where the goals of tasks are; by default ``Workspace.free()``.
+    dmp : DMP, optional
+        What a policy means, not `gated`; by default ``DMP()``.
+
+    Attributes
+    ----------
+    tasks_ : ndarray of shape (n_tasks, 1)
+        Source tasks: the training tasks (rad).
+    policies_ : ndarray of shape (n_tasks, n_params)
+        Their policies.
+    n_features_in_ : int
+        Number of task parameters: one, the angle.
+
+    Notes
+    -----
+    In [1]_ what was learned in a source task is translated to a target task, by a map
+    between what corresponds in them, and learning goes on from there. Here start and
+    goal correspond; the one similarity that takes start x0 to itself and the source's
+    goal g to the target's g' turns and stretches the movement by the same as the way::
+
+        x'(t) - x0 = R (x(t) - x0),  g' - x0 = R (g - x0)
+
+    Basis functions sum to one (Eq. 7), so that the spring is a force K like theirs, and
+    each coordinate moves by x(t) - x0 = (g - x0) B(t) (K + w). So there is a policy of
+    the target that moves so to the last bit::
+
+        w'_d = sum_e R_de (g - x0)_e (K + w_e) / (g' - x0)_d - K
+
+    A DMP's own scaling, which stretches each coordinate by itself and is what a policy
+    left as it is would do, is no similarity. It assumes that the arm and the obstacles
+    do not mind being at another place; `msc.study.measure_savings` says what
+    that is worth: jump-start, rollouts to a threshold, asymptote.
+
+    Adapted: the map is given, where the original finds it by structure mapping between
+    qualitative models; values of actions become weights of a movement; the source is
+    the training task with the nearest angle round the circle, as there are several.
+
+    References
+    ----------
+    .. [1] Y. Liu and P. Stone, "Value-function-based transfer for reinforcement
+       learning using structure mapping", Proceedings of the Twenty-First National
+       Conference on Artificial Intelligence, 2006.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from msc.study.rivals import MappedMovement
+    >>> model = MappedMovement().fit([[1.0], [3.0]], np.zeros((2, 6)))
+    >>> model.predict([[1.2]]).round(6) + 0  # a straight movement stays straight
+    array([[0., 0., 0., 0., 0., 0.]])
+    """
+
+    def __init__(
+        self, workspace: Workspace | None = None, dmp: DMP | None = None
+    ) -> None:
+        self.workspace = workspace
+        self.dmp = dmp
+
+    def fit(self, X: Any, y: Any) -> Self:
+        """Store the movements.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_tasks, 1)
+            Task angles (rad).
+        y : array-like of shape (n_tasks, n_params)
+            Policies.
+
+        Returns
+        -------
+        MappedMovement
+            The fitted map.
+
+        Raises
+        ------
+        ValueError
+            If a task is more than an angle, policies are not as wide as the DMP's, or
+            the DMP is gated.
+        """
+        X, y = validate_pairs(self, X, y)
+        self._world = Workspace.free() if self.workspace is None else self.workspace
+        self._dmp = DMP() if self.dmp is None else self.dmp
+        check_kind("workspace", self._world, Workspace)
+        check_kind("dmp", self._dmp, DMP)
+        if self._dmp.gated:
+            raise ValueError("dmp is gated: its spring is no force like the basis'")
+        if X.shape[1] != 1 or y.shape[1:] != (self._dmp.n_params,):
+            raise ValueError(
+                f"X has shape {X.shape} and y {y.shape}; wanted (n_tasks, 1) and "
+                f"(n_tasks, {self._dmp.n_params})"
+            )
+        self.tasks_, self.policies_ = X.copy(), y.copy()
+        return self
+
+    def _ways(self, X: Array) -> Array:
+        """Return from the start to the goals: (n_tasks, 2) metres."""
+        world = self._world
+        start = forward_kinematics(world.home, world.link_lengths)[-1]
+        return np.asarray(world.target(np.rad2deg(X[:, 0])) - start)
+
+    def predict(self, X: Any) -> Array:
+        """Turn and stretch the movements of the nearest tasks.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_tasks, 1)
+            Task angles (rad).
+
+        Returns
+        -------
+        ndarray of shape (n_tasks, n_params)
+            Policies; of equally near tasks the first counts.
+        """
+        check_is_fitted(self)
+        X = validate_points(self, X, reset=False)
+        apart = np.abs((X - self.tasks_.T + np.pi) % (2 * np.pi) - np.pi)
+        source = apart.argmin(axis=1)
+        old, new, spring = (
+            self._ways(self.tasks_[source]),
+            self._ways(X),
+            self._dmp.spring,
+        )
+        ratio = (new @ [1, 1j]) / (old @ [1, 1j])  # a similarity is a complex factor
+        force = spring + self.policies_[source].reshape(len(X), 2, -1)
+        moved = ratio[:, None] * np.einsum("td,tdb,d->tb", old, force, [1, 1j])
+        turned = np.stack([moved.real, moved.imag], axis=1) / new[:, :, None]
+        return np.asarray((turned - spring).reshape(len(X), -1))
