@@ -51,6 +51,7 @@ if TYPE_CHECKING:
         slide_charts,
         slide_regularization,
     )
+    from msc.plots._leaderboard import Leaderboard, list_methods, plot_leaderboard
     from msc.plots._manifold import plot_execution, plot_manifold, slide_execution
     from msc.plots._search import (
         Movements,
