@@ -62,6 +62,7 @@ if TYPE_CHECKING:
         slide_generations,
     )
     from msc.plots._skill import plot_composition, plot_rivals, slide_predictions
+    from msc.plots._stops import planned_stops, plot_stops
     from msc.plots._study import (
         plot_curves,
         plot_elbows,
