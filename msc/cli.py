@@ -327,6 +327,28 @@ def _run_evaluate(options: argparse.Namespace) -> None:
             _tell_results(folder / f"elbow_{world}.json", found)
 
 
+def _add_savings(commands: Commands) -> None:
+    """Declare `msc savings`."""
+    parser = commands.add_parser("savings", help="search from what methods predict")
+    add_seed(parser)
+    add_jobs(parser)
+    parser.add_argument(
+        "--out-dir",
+        type=Path,
+        default=Path("data/results"),
+        help="a folder (data/results)",
+    )
+    parser.set_defaults(run=_run_savings)
+
+
+def _run_savings(options: argparse.Namespace) -> None:
+    """Search test tasks of both workspaces from predictions, and from scratch."""
+    for world in ("free", "obstacles"):
+        how = {"seed": options.seed, "jobs": options.jobs, "progress": True}
+        found = msc.study.run_savings(world, **how)
+        _tell_results(options.out_dir / f"savings_{world}.json", found)
+
+
 def _tell_results(out: Path, found: Any) -> None:
     """Write results, and say where."""
     replace_file(out, msc.study.format_study(found))
@@ -376,6 +398,7 @@ COMMANDS = (
     _add_survey,
     _add_render,
     _add_evaluate,
+    _add_savings,
     _run,
     _add_claims,
     _build,

@@ -48,6 +48,7 @@ if TYPE_CHECKING:
         break_even,
         budgets,
         measure_savings,
+        run_savings,
         summarise_savings,
         time_searches,
     )
