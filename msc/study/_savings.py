@@ -183,7 +183,251 @@ def time_searches(
                     "n_rollouts": len(paid),
                     "factor": float(factor),
                     "is_reached": bool(near.size),
-                    "rollouts": int(once["n_rollouts"].sum()),
+                    "rollouts": int(near[0]) + 1 if near.size else len(paid),
+                }
+            )
+    return pd.DataFrame(rows)
+
+
+def summarise_savings(timed: pd.DataFrame) -> pd.DataFrame:
+    """Summarise timed searches, one row a method and factor.
+
+    Parameters
+    ----------
+    timed : DataFrame
+        From `measure_savings`.
+
+    Returns
+    -------
+    DataFrame
+        - `method`, `factor`, `n_tasks`;
+        - `reached`: share of tasks that came near enough;
+        - `worse_basin`: share of tasks whose run ended above 1.05 times the searched
+          cost;
+        - `median_rollouts`: until near enough, where never is longer than any time:
+          infinite if half of all tasks never are;
+        - `mean_rollouts`: until near enough, if searches that never are go on from
+          scratch, and pay for both;
+        - `reached_after_all`: share of tasks that are near enough then; those that even
+          so are not count in the mean with all that they spent, which is too little;
+        - `mean_spent`: rollouts till runs end by themselves, which is what is paid by
+          who does not know what the searched policy costs;
+        - `jump_start`, `asymptote`: median cost of the first rollout, and the least in
+          the end, over the searched cost.
+
+    Raises
+    ------
+    ValueError
+        If there are no searches from scratch, or of other tasks.
+
+    Examples
+    --------
+    >>> table = pd.DataFrame({"task_deg": [0.0, 9.0], "cost": [2.0, 2.0]})
+    >>> scratch = [np.array([9.0, 5.0, 2.0])] * 2
+    >>> given = [np.array([2.0]), np.array([3.0, 2.5])]
+    >>> timed = pd.concat(
+    ...     [
+    ...         time_searches(scratch, table, factors=[1.05]).assign(method=SCRATCH),
+    ...         time_searches(given, table, factors=[1.05]).assign(method="ours"),
+    ...     ]
+    ... )
+    >>> summary = summarise_savings(timed).set_index("method")
+    >>> summary[["reached", "median_rollouts", "mean_rollouts"]].loc["ours"].tolist()
+    [0.5, inf, 3.0]
+    """
+    keys = ["task_deg", "factor"]
+    scratch = timed[timed["method"] == SCRATCH].set_index(keys)
+    rows = []
+    for (method, factor), group in timed.groupby(["method", "factor"], sort=False):
+        own = group.set_index(keys)
+        if not own.index.isin(scratch.index).all():
+            raise ValueError(
+                f"{method!r} has searches of tasks that no {SCRATCH!r} has; wanted one "
+                "of each"
+            )
+        reached, took = own["is_reached"], own["rollouts"]
+        again = scratch.loc[own.index]
+        goes_on = ~reached & (method != SCRATCH)
+        never = took.astype(float).where(reached, math.inf)
+        rows.append(
+            {
+                "method": method,
+                "factor": factor,
+                "n_tasks": len(own),
+                "reached": float(reached.mean()),
+                "worse_basin": float((own["last"] > 1.05 * own["searched"]).mean()),
+                "median_rollouts": _median(never),
+                "mean_rollouts": float((took + goes_on * again["rollouts"]).mean()),
+                "reached_after_all": float((reached | again["is_reached"]).mean()),
+                "mean_spent": float(own["n_rollouts"].mean()),
+                "jump_start": float((own["first"] / own["searched"]).median()),
+                "asymptote": float((own["last"] / own["searched"]).median()),
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def _median(values: ArrayLike) -> float:
+    """Return the median of values that may be infinite."""
+    ascending = np.sort(np.asarray(values, dtype=float))
+    n = len(ascending)
+    lower, upper = ascending[(n - 1) // 2], ascending[n // 2]
+    return float(upper if math.isinf(upper) else (lower + upper) / 2)
+
+
+def break_even(fixed: float, per_task: float, per_task_scratch: float) -> float:
+    """Return the fewest tasks for which predicting costs less than searching each.
+
+    Parameters
+    ----------
+    fixed : float
+        Rollouts that come before the first prediction: searches of the training tasks,
+        and practice.
+    per_task : float
+        Rollouts a task then; 0 if the prediction is taken as it is.
+    per_task_scratch : float
+        Rollouts of a search from scratch.
+
+    Returns
+    -------
+    float
+        How many tasks; infinite if never.
+
+    Examples
+    --------
+    >>> break_even(2400, 20, 100), break_even(2400, 100, 100)
+    (31.0, inf)
+    """
+    saved = per_task_scratch - per_task
+    return math.floor(fixed / saved) + 1.0 if saved > 0 else math.inf
+
+
+def budgets(
+    summary: pd.DataFrame,
+    fixed: Mapping[str, float],
+    n_tasks: Sequence[int],
+    *,
+    column: str = "mean_rollouts",
+) -> pd.DataFrame:
+    """Add up the rollouts that solving so many tasks takes.
+
+    Parameters
+    ----------
+    summary : DataFrame
+        From `summarise_savings`.
+    fixed : mapping from str to float
+        Rollouts of each method before its first prediction: the training tasks'
+        searches, as many as the method looks at, and its practice.
+    n_tasks : sequence of int
+        Numbers of tasks to solve.
+    column : {"mean_rollouts", "mean_spent"}, default="mean_rollouts"
+        What a task costs: until near enough, as if that were known, or till searches
+        end by themselves.
+
+    Returns
+    -------
+    DataFrame
+        One row a method, factor and number of tasks: `method`, `factor`, `n_tasks`,
+        `rollouts`, and `break_even`, the fewest tasks for which it costs less than
+        searching each from scratch (infinite: never). Methods without a fixed budget,
+        but searches from scratch, whose it is none, are refused.
+
+    Raises
+    ------
+    ValueError
+        If a method has no fixed budget, or the column is another.
+
+    Examples
+    --------
+    >>> summary = pd.DataFrame(
+    ...     {
+    ...         "method": [SCRATCH, "ours"],
+    ...         "factor": [1.05, 1.05],
+    ...         "mean_rollouts": [300.0, 100.0],
+    ...     }
+    ... )
+    >>> budgets(summary, {"ours": 7200.0}, [1, 100]).to_numpy().tolist()
+    [['from scratch', 1.05, 1, 300.0, inf], ['from scratch', 1.05, 100, 30000.0, inf],
+     ['ours', 1.05, 1, 7300.0, 37.0], ['ours', 1.05, 100, 17200.0, 37.0]]
+    """
+    if column not in ("mean_rollouts", "mean_spent"):
+        raise ValueError(
+            f"column={column!r}; wanted one of 'mean_rollouts', 'mean_spent'"
+        )
+    before = {**fixed, SCRATCH: 0.0}
+    unknown = [name for name in summary["method"].unique() if name not in before]
+    if unknown:
+        raise ValueError(f"fixed lacks {unknown}; wanted a budget for each method")
+    alone = summary[summary["method"] == SCRATCH].set_index("factor")[column]
+    rows = [
+        {
+            "method": method,
+            "factor": factor,
+            "n_tasks": int(n),
+            "rollouts": float(before[method] + n * per_task),
+            "break_even": break_even(before[method], per_task, alone[factor]),
+        }
+        for method, factor, per_task in zip(
+            summary["method"], summary["factor"], summary[column], strict=True
+        )
+        for n in n_tasks
+    ]
+    return pd.DataFrame(rows)
+
+
+def run_savings(
+    world: str, *, seed: int = 0, jobs: int = 1, progress: bool = False
+) -> dict[str, Any]:
+    """Search test tasks of a workspace from what methods predict.
+
+    Parameters
+    ----------
+    world : {"free", "obstacles"}
+        The workspace and its data.
+    seed : int, default=0
+        Seed of the training sets, of methods and of the searches.
+    jobs : int, default=1
+        Worker processes; the result does not depend on them.
+    progress : bool, default=False
+        Whether to show a progress bar on standard error.
+
+    Returns
+    -------
+    dict
+        Fit for JSON; what is infinite is None. Under "summary" a row a method and
+        factor, see `summarise_savings`; under "break_even" from how many tasks on it
+        costs less to search 24 and to start all others from predictions, than to
+        search all.
+    """
+    grid, test = load_dataset(world), load_dataset(f"{world}_test")
+    sets = draw_samples("even", grid.tasks, N_SAMPLES, n_draws=N_SETS, seed=seed)
+    chosen = np.arange(0, len(test.tasks), EVERY)
+    parts = [chosen[k : k + _PART] for k in range(0, len(chosen), _PART)]
+    search = partial(_search_part, world, (grid, test), sets, seed)
+    found = call_in_order(
+        search,
+        [(part,) for part in parts],
+        jobs=jobs,
+        label=f"savings, {world}",
+        progress=progress,
+    )
+    timed = pd.concat(found, ignore_index=True)
+    once = timed.drop_duplicates(["method", "task_deg", "set"])  # of two factors
+    summary = summarise_savings(timed)
+    spent = summary.groupby("method", sort=False)["mean_spent"].first()
+    scratch = float(spent[SCRATCH])
+    rows = [
+        {"method": method, "tasks": break_even(N_SAMPLES * scratch, each, scratch)}
+        for method, each in spent.drop(SCRATCH).items()
+    ]
+    tables = (find_data() / f"{name}.csv" for name in (world, f"{world}_test"))
+    return {
+        "workspace": world,
+        "seed": seed,
+        "n_samples": N_SAMPLES,
+        "n_sets": len(sets),
+        "n_tasks": len(chosen),
+        "rollouts": int(once["n_rollouts"].sum()),
         "provenance": describe_origin(f"msc savings --seed {seed}", *tables),
         "summary": _plain(summary),
         "break_even": _plain(pd.DataFrame(rows)),
