@@ -6,7 +6,7 @@ nearest task's chart, the best gate of several, one that abstains, and the true 
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,10 +27,7 @@ from msc.data import load_results
 from msc.learn import GATES, SMCE, ParameterizedSkill, seeded_clone
 from msc.robot import Workspace
 from msc.study._gates import gate_accuracy
-from msc.study._ours import N_CHARTS
-
-if TYPE_CHECKING:
-    from msc.study._methods import Setting
+from msc.study._setting import N_CHARTS, Setting
 
 Array = NDArray[np.float64]
 

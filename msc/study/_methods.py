@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -13,9 +13,9 @@ from sklearn.neighbors import KNeighborsRegressor
 from sklearn.utils.validation import has_fit_parameter
 
 from msc._checks import validate_cost
-from msc.robot import Workspace
 from msc.study._ladder import build_ladder
-from msc.study._ours import N_CHARTS, build_skill
+from msc.study._ours import build_skill
+from msc.study._setting import Setting
 from msc.study.rivals import (
     ConditionedProMP,
     CrKR,
@@ -29,29 +29,6 @@ from msc.study.rivals import (
     tune,
     zero_policy,
 )
-
-
-@dataclass(frozen=True)
-class Setting:
-    """What a method may be told.
-
-    Attributes
-    ----------
-    name : str
-        What it is called.
-    n_charts : int or None, default=4
-        Charts that SMCE is asked for; None leaves it to the elbow. k-means, which has
-        none, is then asked for four.
-    seed : int, default=0
-        Seed of the clustering, and of whatever else draws.
-    workspace : Workspace, optional
-        Where the goals of tasks are; by default ``Workspace.free()``.
-    """
-
-    name: str
-    n_charts: int | None = N_CHARTS
-    seed: int = 0
-    workspace: Workspace = field(default_factory=Workspace.free)
 
 
 @dataclass(frozen=True)

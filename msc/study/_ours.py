@@ -2,16 +2,12 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from sklearn.cluster import KMeans
 
 from msc.learn import SMCE, ParameterizedSkill, gaussian_process
-
-if TYPE_CHECKING:
-    from msc.study._methods import Setting
-
-N_CHARTS = 4  # as the paper has in both workspaces
+from msc.study._setting import N_CHARTS, Setting
 
 
 def build_skill(to: Setting) -> ParameterizedSkill:

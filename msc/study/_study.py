@@ -27,8 +27,8 @@ from msc.study._choices import measure_elbows
 from msc.study._gates import average_gates, compare_gates
 from msc.study._measure import RAW, measure_method
 from msc.study._methods import METHODS, build_method, fit_methods
-from msc.study._ours import N_CHARTS
 from msc.study._sampling import Indices, draw_samples, task_density
+from msc.study._setting import N_CHARTS
 from msc.study._store import (
     Trials,
     identify_estimator,

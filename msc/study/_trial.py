@@ -22,8 +22,8 @@ from msc.study._measure import (
     squared_error,
 )
 from msc.study._methods import COMMON, fit_methods
-from msc.study._ours import N_CHARTS
 from msc.study._sampling import TEST_SUBSETS, take_evenly
+from msc.study._setting import N_CHARTS
 
 
 class Experiment:
