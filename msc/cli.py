@@ -86,15 +86,13 @@ def make_subject(root: Path) -> Subject:
     commands = tell_options(_parser(), width=80)
     if not (root / msc.claims.CLAIMS).is_file():
         return Subject("msc", ("msc",), commands)
+    values: dict[str, Any] = {}
+    verdicts = []
     if (root / msc.claims.VERDICTS).is_file():
         verdicts = msc.claims.judge_all(root)
-        told = msc.claims.tally(msc.claims.summarise(verdicts))
-        n_claims = sum(not one.claim.hardly_fails for one in verdicts)
-        values = {"n_claims": n_claims, "verdicts": told}
-    else:
-        verdicts = []
-        claims = msc.claims.load_claims(root / msc.claims.CLAIMS)
-        values = {"n_claims": sum(not one.hardly_fails for one in claims)}
+        values["verdicts"] = msc.claims.tally(msc.claims.summarise(verdicts))
+    claims = msc.claims.load_claims(root / msc.claims.CLAIMS)
+    values["n_claims"] = sum(claim.could_fail for claim in claims)
     names = {page.stem for page in pages(root)}
     fragments = msc.claims.claim_fragments(verdicts, names)
     return Subject("msc", ("msc",), commands, values, fragments)

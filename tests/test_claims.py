@@ -327,6 +327,9 @@ def interpretation(**changes):
         ({"id": None}, r"claim 'number 1', id: missing"),
         ({"title": "x"}, r"claim 'lower', title: unknown"),
         ({"section": 4}, r"claim 'lower', section: 4; wanted a text"),
+        ({"literal": "gate learned"}, r"literal: 'gate learned'; wanted a list"),
+        ({"literal": []}, r"literal: \[\]; wanted some of \['gate learned'\]"),
+        ({"literal": ["gate"]}, r"literal: \['gate'\]; wanted some of"),
         (
             {"interpretations": ["x"]},
             r"claim 'lower', interpretations: \['x'\]; wanted a mapping",

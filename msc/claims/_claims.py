@@ -34,8 +34,13 @@ PREDICATES = ("below", "above", "equals", "at_least")
 N_WORDS = 40  # that a quotation may have
 
 _TEXTS = ["id", "claim", "quote", "section", "chapter", "margin", "why", "hardly_fails"]
-_MAPPINGS = ("interpretations", "measured", "support")
 _NEEDED = (*_TEXTS[:5], "interpretations")
+_KINDS = {
+    **dict.fromkeys(_TEXTS, str),
+    **dict.fromkeys(("interpretations", "measured", "support"), dict),
+    "literal": list,
+}
+_WANTED = {str: "a text", dict: "a mapping", list: "a list"}
 _BESIDE = {"unit", "by_construction", "cannot_be_tested", *PREDICATES}
 _ID = re.compile(r"[A-Za-z0-9-]+")  # it is an anchor, and names a row
 _REFERENCE = re.compile(r"\{[^{}]*\}|(?:Figures?|Eqs?\.|Section) \d+")
@@ -267,6 +272,11 @@ class Claim:
     why: str = ""  # our verdict differs; {name} is what that measured
 
     @property
+    def could_fail(self) -> bool:
+        """Whether it counts where verdicts are counted."""
+        return not self.hardly_fails
+
+    @property
     def files(self) -> set[str]:
         """The result files that it needs."""
         measured = [one.measurement for one in self.interpretations if one.measurement]
@@ -314,13 +324,11 @@ def _claim(given: dict[str, Any]) -> Claim:
     """Check the fields of a claim."""
     if missing := [name for name in _NEEDED if not given.get(name)]:
         raise ValueError(f"{missing[0]}: missing")
-    if unknown := set(given) - {*_TEXTS, *_MAPPINGS, "literal"}:
+    if unknown := set(given) - set(_KINDS):
         raise ValueError(f"{min(unknown)}: unknown")
     for name, value in given.items():
-        kind = "mapping" if name in _MAPPINGS else "text"
-        kind = "list" if name == "literal" else kind
-        if not isinstance(value, {"mapping": dict, "list": list, "text": str}[kind]):
-            raise ValueError(f"{name}: {value!r}; wanted a {kind}")
+        if not isinstance(value, _KINDS[name]):
+            raise ValueError(f"{name}: {value!r}; wanted {_WANTED[_KINDS[name]]}")
     if not _ID.fullmatch(given["id"]):
         raise ValueError(f"id: {given['id']!r}; wanted letters, digits and hyphens")
     if (n_words := len(given["quote"].split())) > N_WORDS:
@@ -338,9 +346,8 @@ def _claim(given: dict[str, Any]) -> Claim:
     }
     names = [one.name for one in interpretations]
     literal = given.get("literal", names[:1])
-    if not literal or (unknown := set(literal) - set(names)):
-        asked = min(map(str, unknown)) if literal else literal
-        raise ValueError(f"literal: {asked!r}; wanted some of {names}")
+    if not literal or any(one not in names for one in literal):
+        raise ValueError(f"literal: {literal!r}; wanted some of {names}")
     texts = {name: given[name].strip() for name in _TEXTS if name in given}
     claim = Claim(
         **texts,

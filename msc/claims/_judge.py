@@ -62,7 +62,6 @@ class Verdict:
     """What a claim came to."""
 
     claim: Claim
-    verdict: str  # a key of SYMBOLS
     findings: tuple[Finding, ...]
     why: str = ""  # it differs from the paper, with what was measured
 
@@ -75,6 +74,14 @@ class Verdict:
     def literal(self) -> list[Finding]:
         """Findings of the interpretations that decide."""
         return [one for one in self.findings if one.name in self.claim.literal]
+
+    @property
+    def verdict(self) -> str:
+        """A key of SYMBOLS: the literal ones joined, but for what cannot be tested."""
+        tested = {one.verdict for one in self.literal} - {UNTESTABLE} or {UNTESTABLE}
+        if len(tested) == 1:
+            return tested.pop()
+        return PARTLY if {REPRODUCED, BUILT_IN} & tested else NOT
 
     @property
     def measured(self) -> str:
@@ -196,7 +203,7 @@ def summarise(verdicts: Iterable[Verdict]) -> dict[str, Any]:
         one.claim.id: {
             "verdict": one.verdict,
             "sentence": one.sentence,
-            "could_fail": not one.claim.hardly_fails,
+            "could_fail": one.claim.could_fail,
             "readings": {
                 finding.name: {
                     "verdict": finding.verdict,
@@ -234,16 +241,7 @@ def judge(claim: Claim, results: Mapping[str, Any]) -> Verdict:
     except ValueError as error:
         raise ValueError(f"claim {claim.id!r}, {name!r}: {error}") from None
     why = claim.why.format_map(quoted)
-    literal = [one.verdict for one in findings if one.name in claim.literal]
-    return Verdict(claim, _overall(literal), tuple(findings), why)
-
-
-def _overall(verdicts: list[str]) -> str:
-    """Join verdicts, apart from those on what cannot be tested."""
-    tested = set(verdicts) - {UNTESTABLE} or {UNTESTABLE}
-    if len(tested) == 1:
-        return tested.pop()
-    return PARTLY if {REPRODUCED, BUILT_IN} & tested else NOT
+    return Verdict(claim, tuple(findings), why)
 
 
 def _find(asked: Interpretation, results: Mapping[str, Any]) -> Finding:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Collection, Mapping, Sequence
+from itertools import product
 from typing import Any
 
 from msc.claims._judge import BUILT_IN, SYMBOLS, VERDICTS, Verdict
@@ -88,14 +89,12 @@ def sections_markdown(verdicts: Sequence[Verdict], pages: Collection[str]) -> st
 def summary_markdown(summary: Mapping[str, Mapping[str, Any]]) -> str:
     """Write which claims got which verdict, a row each that occurs."""
     rows = [_row("verdict", "claims", "which"), "|---|---|---|"]
-    groups: dict[str, list[str]] = {f"{SYMBOLS[one]} {one}": [] for one in SYMBOLS}
-    for name, one in summary.items():
-        verdict = f"{SYMBOLS[one['verdict']]} {one['verdict']}"
-        group = verdict if one["could_fail"] else f"{verdict}, could hardly fail"
-        groups.setdefault(group, []).append(name)
-    for group, ids in groups.items():
+    for could_fail, (verdict, sign) in product((True, False), SYMBOLS.items()):
+        wanted = {"verdict": verdict, "could_fail": could_fail}.items()
+        ids = [name for name, one in summary.items() if wanted <= one.items()]
         if ids:
-            rows.append(_row(group, str(len(ids)), ", ".join(ids)))
+            note = "" if could_fail else ", could hardly fail"
+            rows.append(_row(f"{sign} {verdict}{note}", str(len(ids)), ", ".join(ids)))
     return "\n".join(rows) + "\n"
 
 
