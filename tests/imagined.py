@@ -146,7 +146,7 @@ def imagine_elbow(right):
 def summary(mean):
     """Summarise errors that are all alike."""
     alike = dict.fromkeys(("median", "p95"), mean)
-    sizes = {"n_tasks": 120, "per_repetition": [mean, mean]}
+    sizes = {"n_tasks": 120, "per_repetition": [mean, mean], "waves": [0.0] * 4}
     return near(mean, "mean") | {"std": 0.0} | alike | sizes
 
 

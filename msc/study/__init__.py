@@ -31,6 +31,7 @@ if TYPE_CHECKING:
         choose_criterion,
         compare_clusterers,
         measure_elbows,
+        most_picked,
     )
     from msc.study._elbows import read_elbows
     from msc.study._gates import average_gates, compare_gates
@@ -53,13 +54,7 @@ if TYPE_CHECKING:
         time_searches,
     )
     from msc.study._study import run_elbows, run_study
-    from msc.study._summaries import (
-        MEASURES,
-        Study,
-        find_cell,
-        format_study,
-        most_picked,
-    )
+    from msc.study._summaries import MEASURES, Study, find_cell, format_study
     from msc.study._trial import Experiment
 
 __all__, __getattr__, __dir__ = face(__name__, __file__)
