@@ -80,9 +80,10 @@ def imagine_study(right, world):
                 if baseline != "charts" and MEASURES[measure].has_ratio
             ]
             + [
-                {"measure": measure, "method": "charts, Matérn"}
-                | {"baseline": "single, Matérn"}
+                {"measure": measure, "method": f"charts, {kernel}"}
+                | {"baseline": f"single, {kernel}"}
                 | near(0.5 if right else 2, "ratio")
+                for kernel in ("Matérn", "one kernel")
                 for measure in measures
                 if MEASURES[measure].has_ratio
             ],

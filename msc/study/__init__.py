@@ -10,7 +10,8 @@ does.
 - `draw_samples`, `take_evenly`, `nearest_task`, `task_density`: which tasks
 - `METHODS`, `build_method`, `fit_methods`: who is compared
 - `Experiment`, `execute_policies`, `TEST_SUBSETS`: one training set
-- `run_study`, `Study`, `MEASURES`, `find_cell`, `format_study`: many of them
+- `run_study`, `Study`, `MEASURES`, `find_cell`, `count_ahead`,
+  `format_study`: many of them
 - `run_elbows` and, below it, `read_elbows`, `measure_elbows`, `most_picked`,
   `choose_criterion`, `compare_gates`, `average_gates`, `compare_clusterers`: the
   choices inside a skill
@@ -54,7 +55,13 @@ if TYPE_CHECKING:
         time_searches,
     )
     from msc.study._study import run_elbows, run_study
-    from msc.study._summaries import MEASURES, Study, find_cell, format_study
+    from msc.study._summaries import (
+        MEASURES,
+        Study,
+        count_ahead,
+        find_cell,
+        format_study,
+    )
     from msc.study._trial import Experiment
 
 __all__, __getattr__, __dir__ = face(__name__, __file__)

@@ -246,6 +246,40 @@ def find_cell(study: Mapping[str, Any], design: str, n_samples: int) -> dict[str
     return found
 
 
+def count_ahead(
+    cell: Mapping[str, Any], measure: str, method: str, baseline: str
+) -> tuple[int, int]:
+    """Count the training sets on which a method errs less than another.
+
+    This tells of the tasks of this one circle, whatever training set is drawn; an
+    interval of the ratio tells of others.
+
+    Parameters
+    ----------
+    cell : mapping
+        An entry of a study's "cells".
+    measure : str
+        A key of `MEASURES`.
+    method, baseline : str
+        The two.
+
+    Returns
+    -------
+    n_ahead, n_sets : int
+        Of how many that both were fitted to.
+
+    Examples
+    --------
+    >>> means = {"a": {"per_repetition": [1, 2, 3]}, "b": {"per_repetition": [2, 1]}}
+    >>> count_ahead({"measures": {"error_cm": means}}, "error_cm", "a", "b")
+    (1, 2)
+    """
+    means = cell["measures"][measure]
+    ours, theirs = (means[name]["per_repetition"] for name in (method, baseline))
+    pairs = [*zip(ours, theirs, strict=False)]
+    return sum(one < other for one, other in pairs), len(pairs)
+
+
 def format_study(found: Mapping[str, Any]) -> str:
     """Write a study as JSON, a summary or a ratio a line.
 
