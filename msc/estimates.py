@@ -39,6 +39,8 @@ class Estimate:
         Which of several numbers it is, as "n = 24", or what was measured.
     baseline : str
         Of a ratio: the method whose errors it is a multiple of.
+    note : str
+        What else is to be said of it, as on how many training sets it is below one.
     of : Average, optional
         Of a mean: what it was averaged of. A quotient of two such is that of errors on
         the same test tasks.
@@ -49,6 +51,7 @@ class Estimate:
     high: float | None = None
     label: str = ""
     baseline: str = ""
+    note: str = ""
     of: Average | None = field(default=None, compare=False)
 
     @classmethod

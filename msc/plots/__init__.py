@@ -24,7 +24,7 @@ above, tasks in degrees.
 - `plot_manifold`, `plot_execution`, `plot_composition`, `plot_rivals`,
   `slide_execution`, `slide_predictions`, `WEIGHT_NAMES`: skills, and what they predict
 - `plot_sample_sizes`, `plot_sweep`, `comparison_table`, `ratio_table`, `kernel_table`,
-  `sets_table`, `gate_shares`, `METHOD_STYLES`: methods against each other
+  `sets_table`, `ahead_table`, `gate_shares`, `METHOD_STYLES`: methods against each other
 - `load_benchmark`, `plot_benchmark`, `plot_fits`, `benchmark_table`, `ROLLOUT_LIMIT`:
   time, memory
 - `plot_coverage`, `plot_other_coverage`, `coverage_table`, `GOOD_COVERAGE`: how sure
@@ -82,6 +82,7 @@ if TYPE_CHECKING:
         quality_table,
         ratio_table,
         sets_table,
+        ahead_table,
     )
     from msc.plots._timings import (
         ROLLOUT_LIMIT,
