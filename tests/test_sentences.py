@@ -149,7 +149,6 @@ def test_how_both_differ_in_excess_cost_nobody_would_see():
 
 def test_executed_with_obstacles_charts_are_ahead_at_every_size():
     # what an error costs
-    (study,) = load_results("study_obstacles")
     found = [ratio("obstacles", "error_cm", n, "single regression")[0] for n in SIZES]
     assert max(found) < 1
     assert (round(1 / max(found)), round(1 / min(found))) == (2, 7)

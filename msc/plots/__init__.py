@@ -72,6 +72,7 @@ if TYPE_CHECKING:
     )
     from msc.plots._style import METHOD_STYLES, WEIGHT_NAMES
     from msc.plots._tables import (
+        ahead_table,
         comparison_table,
         confirmed_jumps,
         elbow_table,
@@ -82,7 +83,6 @@ if TYPE_CHECKING:
         quality_table,
         ratio_table,
         sets_table,
-        ahead_table,
     )
     from msc.plots._timings import (
         ROLLOUT_LIMIT,
