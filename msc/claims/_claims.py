@@ -27,7 +27,7 @@ from typing import Any
 import pandas as pd
 import yaml
 
-from msc.estimates import Estimate, average, difference, quotient
+from msc.estimates import Average, Estimate, average, difference, quotient
 from msc.study import find_cell
 
 PREDICATES = ("below", "above", "equals", "at_least")
@@ -83,7 +83,14 @@ def _mean(
     cell = find_cell(study, design, n_samples)
     if _is_empty(study, cell, name):
         return Estimate(nan)
-    return Estimate.read(cell["measures"][name][method], "mean")
+    return _of_summary(cell["measures"][name][method])
+
+
+def _of_summary(summary: dict[str, Any]) -> Estimate:
+    """Take a mean, with what it takes to divide it by another."""
+    if summary["mean"] is None:
+        raise KeyError("a fit failed")
+    return replace(Estimate.read(summary, "mean"), of=Average.read(summary))
 
 
 def _sweep(study: dict[str, Any], name: str, n_samples: int, n_charts: int) -> Estimate:
@@ -93,7 +100,7 @@ def _sweep(study: dict[str, Any], name: str, n_samples: int, n_charts: int) -> E
         for entry in study["sweep"]
         if (entry["n_samples"], entry["n_charts"]) == (n_samples, n_charts)
     )
-    return Estimate.read(found, "mean")
+    return _of_summary(found)
 
 
 def _jumps(audit: dict[str, Any], where: str) -> Estimate:
@@ -202,6 +209,8 @@ def measure(measurement: Measurement, results: Mapping[str, Any]) -> list[Estima
     if quantity in PARTS:
         first, second = (measure(part, results) for part in measurement.parts)
         combine = quotient if quantity == "quotient" else difference
+        if quantity == "quotient" and len(measurement.files) == 1:
+            combine = _divide  # errors on the same test tasks rise and fall together
         if len(second) == 1:
             second = second * len(first)
         if len(first) != len(second):
@@ -213,6 +222,13 @@ def measure(measurement: Measurement, results: Mapping[str, Any]) -> list[Estima
         return estimates
     known = [estimate for estimate in estimates if not isnan(estimate.value)]
     return [average(known, geometric=quantity in ("ratio", "quotient"))]
+
+
+def _divide(top: Estimate, bottom: Estimate) -> Estimate:
+    """Divide two means of errors on the same test tasks, or other numbers."""
+    if top.of is None or bottom.of is None:
+        return quotient(top, bottom)
+    return replace(top.of.over(bottom.of), label=top.label)
 
 
 def _look_up(measurement: Measurement, results: Mapping[str, Any]) -> list[Estimate]:

@@ -97,6 +97,7 @@ class Summary(TypedDict):
     p95: float | None
     n_tasks: int
     per_repetition: list[float]
+    waves: list[float]  # real and imaginary parts, see `msc.estimates.Average`
 
 
 class Ratio(TypedDict):
@@ -205,18 +206,14 @@ def _summarise(errors: NDArray[Any], weights: Array, measure: Measure) -> Any:
     """Summarise a method's errors on all of its training sets."""
     if np.isnan(errors).any():  # of a fit that failed: no mean tells of the others
         names = "mean", "low", "high", "std", "median", "p95"
-        return {**dict.fromkeys(names), "n_tasks": 0, "per_repetition": []}
+        lists: dict[str, Any] = {"per_repetition": [], "waves": []}
+        return {**dict.fromkeys(names), "n_tasks": 0, **lists}
     found = Average(errors, weights, spread=measure.is_spread)
     counts = weights > 0
     values, counted = found.per_set, None
     if not measure.is_spread:
         values, counted = errors[:, counts].astype(float), weights[counts]
-    return {
-        **found.estimate.stored("mean"),
-        **_describe(values, counted),
-        "n_tasks": int(np.count_nonzero(counts)),
-        "per_repetition": [six_digits(value) for value in found.per_set],
-    }
+    return {**found.stored(), **_describe(values, counted)}
 
 
 def find_cell(study: Mapping[str, Any], design: str, n_samples: int) -> dict[str, Any]:
