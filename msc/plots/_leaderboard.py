@@ -12,13 +12,16 @@ import io
 import json
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import product
 from pathlib import Path
 from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
+import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullLocator
 
 from msc.estimates import Estimate, rounded
 from msc.plots._style import COLOURS, SMALL, styled
@@ -46,11 +49,10 @@ GROUPS = {  # as in `METHODS`, and what a page says
 APART = ("projected", "ladder")  # of the groups: what knows more than a rival may
 _UNKNOWN = "of another version"
 _HEADS = (  # what a column is sorted by, if by anything; what is above it
-    ("name", "method"),
-    ("group", "kind"),
-    ("", "each training set, and their mean"),
-    ("mean", "mean"),
-    ("ratio", "charts over it"),
+    ("name", "method", "kind"),
+    ("", "training sets, and their mean", ""),
+    ("mean", "mean", "range (sets)"),
+    ("ratio", "charts over it", "95 % interval"),
 )
 
 
@@ -91,14 +93,15 @@ def list_methods(study: Stored, measure: str, n_samples: int) -> list[dict[str, 
         if row["mean"] is None:
             row["told"] = _tell_why(study, name, n_samples)
         else:
-            row |= {"told": rounded(row["mean"], 2), "sets": _short(found)}
-            row["range"] = _tell_range(row["sets"])
-        row |= {"ratio": None, "low": None, "high": None, "against": ""}
+            row |= {"told": _two(row["mean"]), "sets": _short(found)}
+            ends = dict.fromkeys(map(_two, (min(row["sets"]), max(row["sets"]))))
+            row["range"] = f"{'–'.join(ends)} ({len(row['sets'])})"
+        row |= {"ratio": None, "against": "", "interval": ""}
         if name in ratios:
             one = ratios[name]
-            value, low, high = (rounded(x, 2) for x in (one.value, *one.bounds))
-            said = f"{SIGNS[one.verdict]} {value} × [{low}, {high}]"
-            row |= one.stored("ratio") | {"against": said}
+            row |= one.stored("ratio")
+            row["against"] = f"{SIGNS[one.verdict]} {_two(one.value)} ×"
+            row["interval"] = f"[{', '.join(map(_two, one.bounds))}]"
         rows.append(row)
     return sorted(rows, key=lambda row: np.inf if row["mean"] is None else row["mean"])
 
@@ -113,12 +116,13 @@ def _short(found: dict[str, Any]) -> list[float]:
     return [float(f"{value:.3g}") for value in found["per_repetition"]]
 
 
-def _tell_range(values: Sequence[float]) -> str:
-    """Say how far single training sets lie apart."""
-    if len(values) == 1:
-        return "one set"
-    ends = dict.fromkeys(rounded(end, 2) for end in (min(values), max(values)))
-    return f"{'–'.join(ends)}, {len(values)} sets"
+def _two(number: float) -> str:
+    """Write two digits, of a number beside one more, without an exponent if it can be.
+
+    >>> _two(832.1), _two(0.9968)
+    ('830', '0.997')
+    """
+    return f"{float(rounded(number, 2)):g}"
 
 
 def _tell_why(study: Stored, name: str, n_samples: int) -> str:
@@ -168,8 +172,9 @@ def plot_leaderboard(
     out = {GROUPS[group] for group in apart}
     rows = [r for r in list_methods(study, measure, n_samples) if r["group"] not in out]
     height = 1.1 + 0.19 * len(rows)
-    shape: Any = {"sharey": True, "width_ratios": (5, 4)}
-    figure, (left, right) = plt.subplots(1, 2, figsize=(7.4, height), **shape)
+    figure, (left, right) = plt.subplots(
+        1, 2, figsize=(7.4, height), sharey=True, width_ratios=(5, 4)
+    )
     for place, row in enumerate(rows):
         ours = row["group"] == GROUPS["paper"]
         _draw_row(left, -place, row, COLOURS["charts"] if ours else "0.35")
@@ -177,10 +182,14 @@ def plot_leaderboard(
             _draw_ratio(right, -place, Estimate.read(row, "ratio"))
     left.set_yticks(-np.arange(len(rows)), [r["name"] for r in rows], fontsize=SMALL)
     left.set(xscale="log", ylim=(0.6 - len(rows), 0.6))
+    left.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5), numticks=9))
+    left.xaxis.set_major_formatter("{x:g}")
+    left.xaxis.set_minor_locator(NullLocator())
     left.set_xlabel(MEASURES[measure].label)
     left.set_title("in this world", loc="left")
     right.axvline(1, color="0.3", lw=1, ls="--")
     right.set(xscale="log", xlim=(1 / 300, 300), xlabel="charts' mean over its own")
+    right.xaxis.set_major_formatter("{x:g}")
     right.set_title("against the charts, 95 % interval", loc="left")
     title = f"{WORLD_TITLES[study['workspace']]}, {n_samples} training tasks"
     figure.suptitle(title, x=0.01, ha="left", fontsize=10)
@@ -191,7 +200,8 @@ def _draw_row(axis: Axes, place: float, row: dict[str, Any], colour: str) -> Non
     """Draw a method's training sets and their mean, or write why there is none."""
     if row["mean"] is None:
         more: Any = {"va": "center", "fontsize": SMALL, "color": "0.4"}
-        axis.text(0.01, place, row["told"], transform=axis.get_yaxis_transform(), **more)
+        more |= {"transform": axis.get_yaxis_transform()}
+        axis.text(0.01, place, row["told"], **more)
         return
     ticks: Any = {"ls": "", "marker": "|", "ms": 6, "mew": 0.8, "alpha": 0.7}
     axis.plot(row["sets"], [place] * len(row["sets"]), color=colour, **ticks)
@@ -205,6 +215,45 @@ def _draw_ratio(axis: Axes, place: float, one: Estimate) -> None:
     fill = "white" if sign == "undecided" else "0.2"
     axis.plot(one.bounds, (place, place), color="0.55", lw=1)
     axis.plot(one.value, place, marker=marker, ms=4.5, mfc=fill, mec="0.2", mew=0.8)
+
+
+def standings_table(
+    *studies: Stored, method: str = "charts", apart: Sequence[str] = APART
+) -> pd.DataFrame:
+    """Show who is first in each cell, and where the charts are.
+
+    Parameters
+    ----------
+    *studies : dict
+        Results of studies.
+    method : str, default="charts"
+        Whose place is told.
+    apart : sequence of str, default=("projected", "ladder")
+        Groups of methods that are left out.
+
+    Returns
+    -------
+    DataFrame
+        One row a world, measure and number of training tasks: the method with the
+        least mean, the place of `method`, of how many that have one, and to how many
+        others the charts' ratio is lower (●), undecided (○) and higher (✕).
+    """
+    out, rows = {GROUPS[group] for group in apart}, {}
+    for study, measure, n in product(studies, LISTED, SIZES):
+        cell = WORLD_TITLES[study["workspace"]], MEASURES[measure].label, n
+        listed = [
+            row
+            for row in list_methods(study, measure, n)
+            if row["mean"] is not None and row["group"] not in out
+        ]
+        names = [row["name"] for row in listed]
+        places = {"first": names[0], "place": names.index(method) + 1}
+        signs = [row["against"][:1] for row in listed]
+        counts = {sign: signs.count(sign) for sign in SIGNS.values()}
+        rows[cell] = places | {"of": len(names)} | counts
+    table = pd.DataFrame.from_dict(rows, orient="index")
+    table.index = pd.MultiIndex.from_tuples(rows, names=["world", "measure", "n"])
+    return table
 
 
 @dataclass(frozen=True)
@@ -234,7 +283,18 @@ class Leaderboard:
         }
 
     def to_html(self, image: str) -> str:
-        """Write a piece of HTML that needs no other file, with the poster."""
+        """Write a piece of HTML that needs no other file.
+
+        Parameters
+        ----------
+        image : str
+            The poster (PNG, base 64).
+
+        Returns
+        -------
+        str
+            The piece.
+        """
         worlds = {
             one["workspace"]: WORLD_TITLES[one["workspace"]] for one in self.studies
         }
@@ -253,10 +313,11 @@ class Leaderboard:
             if GROUPS.get(name, name) in there
         )
         heads = "".join(
-            f'<th scope="col"><button type="button" value="{key}">{text}</button></th>'
+            f'<th scope="col"><button type="button" value="{key}">{text}</button>'
+            f"<small>{more}</small></th>"
             if key
             else f'<th scope="col">{text}<div class="msc-axis"></div></th>'
-            for key, text in _HEADS
+            for key, text, more in _HEADS
         )
         text = json.dumps(data, separators=(",", ":"), ensure_ascii=False)
         return (
@@ -266,7 +327,7 @@ class Leaderboard:
             f'<div class="msc-controls">{"".join(options)}</div>'
             f'<fieldset class="msc-controls msc-groups"><legend>kinds</legend>{boxes}'
             '</fieldset><p class="msc-told" role="status"></p><table><thead><tr>'
-            '<td colspan="2"></td><th scope="colgroup" colspan="2">in this world</th>'
+            '<td></td><th scope="colgroup" colspan="2">in this world</th>'
             '<th scope="colgroup">against the charts</th></tr>'
             f"<tr>{heads}</tr></thead><tbody></tbody></table></div>"
             f"<script>({_SCRIPT.read_text(encoding='utf-8').strip()})"

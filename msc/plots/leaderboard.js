@@ -53,16 +53,19 @@
     return found;
   }
 
+  function cell(kind, text, more) {
+    const found = make(kind, text);
+    if (more) { found.append(make("small", more)); }
+    return found;
+  }
+
   function line(row, ends) {
     const found = make("tr", "", row.name === "charts" ? "msc-charts" : "");
-    const [plot, mean] = [make("td", ""), make("td", row.told)];
-    if (row.mean !== null) {
-      plot.append(bar(row, ends));
-      mean.append(make("small", row.range));
-    }
-    const name = make("th", row.name);
+    const [name, plot] = [cell("th", row.name, row.group), make("td", "")];
     name.scope = "row";
-    found.append(name, make("td", row.group), plot, mean, make("td", row.against));
+    if (row.mean !== null) { plot.append(bar(row, ends)); }
+    found.append(name, plot, cell("td", row.told, row.range));
+    found.append(cell("td", row.against, row.interval));
     return found;
   }
 
@@ -81,7 +84,10 @@
     const rows = all.filter((row) => wanted.has(row.group)).sort(compare);
     const ends = measure(rows);
     body.replaceChildren(...rows.map((row) => line(row, ends)));
-    axis.replaceChildren(...ends.ticks.map((tick) => put(make("span", tick), tick, ends)));
+    axis.replaceChildren(...ends.ticks.map((tick) => {
+      const text = tick < 0.001 ? tick.toExponential(0) : String(tick);
+      return put(make("span", text), tick, ends);
+    }));
     const lacking = rows.filter((row) => row.mean === null).length;
     const names = choices.map((choice) => choice.selectedOptions[0].textContent);
     told.textContent = `${names[0]}, ${names[1]}, ${names[2]} training tasks: ` +

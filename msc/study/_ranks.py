@@ -46,6 +46,9 @@ class Ranks:
     p_value : float
         Of Friedman's test that all methods are alike, with Iman's and Davenport's
         correction.
+    alike : float
+        Correlation of ranks in neighbouring blocks, each method's average taken off:
+        what speaks against blocks as independent draws, if it is large.
     left_out : dict from str to str
         Methods that are not ranked, and why.
     """
@@ -54,6 +57,7 @@ class Ranks:
     n_blocks: int
     critical: float
     p_value: float
+    alike: float
     left_out: dict[str, str]
 
     @property
@@ -158,6 +162,26 @@ def friedman(ranks: ArrayLike) -> float:
     return float(f_distribution.sf(between * (n_blocks - 1) / left, *freedom))
 
 
+def correlate_neighbours(circles: Sequence[Array]) -> float:
+    """Correlate the ranks of blocks that follow each other round a circle.
+
+    Parameters
+    ----------
+    circles : sequence of ndarray of shape (n_blocks, n_methods)
+        Of each circle. The average rank of a method on a circle is taken off.
+
+    Returns
+    -------
+    float
+        The correlation; of independent blocks it is minus one over their number less
+        one, in the mean. 0 if the ranks are the same everywhere.
+    """
+    apart = [ranks - ranks.mean(axis=0) for ranks in circles]
+    next_to = sum(float(np.sum(one * np.roll(one, 1, axis=0))) for one in apart)
+    scatter = sum(float(np.sum(one**2)) for one in apart)
+    return next_to / scatter if scatter else 0.0
+
+
 def rank_methods(
     trials: Mapping[str, Mapping[str, Trials]],
     names: Iterable[str],
@@ -220,6 +244,7 @@ def rank_methods(
         len(ranks),
         critical_difference(len(ranked), len(ranks)),
         friedman(ranks),
+        correlate_neighbours(blocks),
         left_out,
     )
 
