@@ -172,6 +172,12 @@ def compare(
         if name not in errors:
             known = [*errors]
             raise ValueError(f"no errors of {name!r}; there are those of {known}")
+    shape, its = np.shape(errors[method]), np.shape(errors[baseline])
+    if shape != its:
+        raise ValueError(
+            f"errors of {method!r} have shape {shape}, of {baseline!r} {its}; wanted "
+            "the same training sets and test tasks"
+        )
     top, bottom = (
         Average(errors[name], weights, spread=spread) for name in (method, baseline)
     )
@@ -299,7 +305,7 @@ class Average:
         """
         found = cls(np.atleast_2d(stored["per_repetition"]).T)
         found.value, found.n_tasks = stored["mean"], stored["n_tasks"]
-        found.waves = np.array(stored["waves"]).view(complex)
+        found.waves = np.array(stored["waves"], float).view(complex)
         return found
 
     def stored(self) -> dict[str, Any]:
