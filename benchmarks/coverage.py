@@ -23,7 +23,7 @@ from scipy.special import stdtrit
 from tqdm import tqdm
 
 from msc.data import describe_origin, find_data, load_dataset
-from msc.estimates import N_WAVES, WIDER, Average, find_waves, half_width
+from msc.estimates import N_WAVES, WIDER, find_waves, half_width
 from msc.study import MEASURES, Experiment, draw_samples, format_study
 
 Array = NDArray[np.float64]

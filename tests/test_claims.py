@@ -293,7 +293,7 @@ def test_a_quotient_of_means_of_the_same_tasks_knows_that_they_are(verdict_on):
     }
     found = verdict_on({"stable": {"quotient": every, "below": 5}}, results)
     assert found.findings[0].estimate.label == "n = 24"
-    # The same errors at 24 and at 72: no doubt is left, however wide both intervals are.
+    # The same errors at 24 and at 72: no doubt is left, wide as both intervals are.
     assert found.findings[0].estimate.bounds == (1.0, 1.0)
     half = {"half": {"quotient": every, "below": 0.9} | {"n_samples": 50}}
     half["half"]["quotient"] = {"top": means, "bottom": means | {"n_samples": 72}}
