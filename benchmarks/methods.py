@@ -7,6 +7,7 @@ what else the machine does hardly counts. The result goes to `data/results/times
 """
 
 import argparse
+import json
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -38,24 +39,43 @@ def main() -> None:
     """Measure, write."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
     parser.add_argument("--quick", action="store_true", help="few methods, one round")
+    parser.add_argument("--methods", nargs="+", help="these alone; the others are kept")
     parser.add_argument("--out", type=Path, default=RESULTS, help="the JSON file")
     options = parser.parse_args()
     names = [name for name, method in METHODS.items() if method.sets != "sweep"]
     sizes, rounds = SIZES, ROUNDS
     if options.quick:
-        names, sizes, rounds = ["charts", "nearest neighbour", "CrKr"], (12,), 1
-    with threadpool_limits(1):
-        found = measure(names, sizes, rounds)
+        names, sizes, rounds = [LIKE, "nearest neighbour", "CrKr"], (12,), 1
     tables = (find_data() / f"{name}.csv" for name in (WORLD, f"{WORLD}_test"))
-    command = "python benchmarks/methods.py"
-    head = {"quick": options.quick, "world": WORLD, "machine": machine()}
-    head |= {"provenance": describe_origin(command, *tables), "rounds": rounds}
-    text = format_study({**head, "n_predicted": len(TEST.tasks), "methods": found})
-    replace_file(options.out, text.encode())
+    found = {
+        "quick": options.quick,
+        "world": WORLD,
+        "machine": machine(),
+        "provenance": describe_origin("python benchmarks/methods.py", *tables),
+        "rounds": rounds,
+        "n_predicted": len(TEST.tasks),
+        "methods": {},
+    }
+    if options.methods:
+        names = options.methods
+        found["methods"] = known_before(options.out, found)
+    with threadpool_limits(1):
+        found["methods"] |= measure(names, sizes, rounds)
+    replace_file(options.out, format_study(found).encode())
+
+
+def known_before(path: Path, like: dict[str, Any]) -> dict[str, Any]:
+    """Return what was measured before, if under the same conditions."""
+    before = json.loads(path.read_text("utf-8"))
+    differ = [key for key in like if key != "methods" and before[key] != like[key]]
+    if differ:
+        raise SystemExit(f"{path} has another {', '.join(differ)}: measure all anew")
+    return dict(before["methods"])
 
 
 def measure(names: list[str], sizes: tuple[int, ...], rounds: int) -> dict[str, Any]:
     """Time all methods in turn, round after round, each with a training set more."""
+    names = [LIKE, *(name for name in names if name != LIKE)]
     fits: dict[tuple[str, int], list[float]] = {}
     predictions: dict[tuple[str, int], list[float]] = {}
     turns = [(k, n, name) for k in range(rounds) for n in sizes for name in names]

@@ -1,5 +1,6 @@
 """What methods take: measured as the benchmark says, and shown."""
 
+import json
 import subprocess
 import sys
 from pathlib import Path
@@ -12,15 +13,24 @@ from msc.study import METHODS
 ROOT = Path(__file__).parents[1]
 
 
-@pytest.fixture(scope="module")
-def times(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("times")
+def measure(folder, *more):
     program = ROOT / "benchmarks" / "methods.py"
-    arguments = [sys.executable, program, "--quick", "--out", folder / "times.json"]
-    result = subprocess.run(
+    arguments = [sys.executable, program, "--quick", "--out", "times.json", *more]
+    return subprocess.run(
         arguments, cwd=folder, capture_output=True, text=True, check=False
     )
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    found = tmp_path_factory.mktemp("times")
+    result = measure(found)
     assert result.returncode == 0, result.stderr
+    return found
+
+
+@pytest.fixture(scope="module")
+def times(folder):
     return load_times(folder / "times.json")
 
 
@@ -68,3 +78,20 @@ def test_committed_times_are_of_a_full_run():
 def test_a_missing_file_is_named(tmp_path):
     with pytest.raises(ValueError, match=r"none\.json is not there; `make bench`"):
         load_times(tmp_path / "none.json")
+
+
+def test_one_method_is_timed_beside_the_charts_and_the_others_are_kept(
+    folder, times, tmp_path
+):
+    file = tmp_path / "times.json"
+    file.write_bytes((folder / "times.json").read_bytes())
+    result = measure(tmp_path, "--methods", "linear interpolation")
+    assert result.returncode == 0, result.stderr
+    found = load_times(file)["methods"]
+    assert found["CrKr"] == times["methods"]["CrKr"]
+    assert found["charts"] != times["methods"]["charts"]
+    assert [*found] == [*times["methods"], "linear interpolation"]
+    file.write_text(json.dumps(times | {"machine": "another"}), "utf-8")
+    refused = measure(tmp_path, "--methods", "CrKr")
+    assert refused.returncode == 1
+    assert "another machine: measure all anew" in refused.stderr
