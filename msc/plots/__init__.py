@@ -29,6 +29,7 @@ above, tasks in degrees.
   all of them
 - `load_times`, `plot_times`, `times_table`, `load_benchmark`, `plot_benchmark`,
   `plot_fits`, `benchmark_table`, `ROLLOUT_LIMIT`: time, memory
+- `plot_savings`, `savings_table`: what predicting saves of searching
 - `plot_coverage`, `plot_other_coverage`, `coverage_table`, `GOOD_COVERAGE`: how sure
   intervals are
 """
@@ -61,6 +62,7 @@ if TYPE_CHECKING:
     )
     from msc.plots._manifold import plot_execution, plot_manifold, slide_execution
     from msc.plots._ranks import plot_ranks
+    from msc.plots._savings import plot_savings, savings_table
     from msc.plots._search import (
         Movements,
         plot_breaks,

@@ -55,8 +55,8 @@ def _write(cell: Any) -> str:
         ratio = f"{SIGNS[cell.verdict]}\N{NBSP}{rounded(cell.value, 2)}"
         return f"{ratio} [{least},\N{NBSP}{most}]"
     if isinstance(cell, Mapping):
-        median, low, high = (_digits(cell[key]) for key in ("median", "low", "high"))
-        return f"{median} ({low}–{high})"
+        timed = (_digits(cell[key]) for key in ("median", "low", "high"))
+        return "{} ({}–{})".format(*timed)
     return "–" if np.isnan(cell) else _digits(cell)  # NaN: other rows have a result
 
 
