@@ -14,6 +14,7 @@ from msc.plots._tables import WORLD_TITLES, Stored, lay_out
 from msc.study import SCRATCH
 
 _MOST = 100  # tasks to solve, that are drawn
+_BESIDE: Any = {"textcoords": "offset points", "fontsize": SMALL}
 
 
 @styled
@@ -32,7 +33,7 @@ def plot_savings(*found: Stored) -> Figure:
         1.05 times (filled) and 1.01 times (hollow) that of the task's searched policy;
         a search that never is goes on from scratch and pays for both. Below, rollouts
         over the number of tasks to solve: each searched from scratch till the search
-        ends by itself, or 24 so and all others from predictions.
+        ends by itself; or 24 others so, and each from what is predicted from these.
     """
     figure, axes = plt.subplots(
         2, len(found), figsize=(7.4, 5.6), squeeze=False, sharey="row"
@@ -52,7 +53,7 @@ def plot_savings(*found: Stored) -> Figure:
         above.set_title(WORLD_TITLES[one["workspace"]], loc="left")
         _draw_budgets(below, one, summary)
     axes[1, 0].set_ylabel("rollouts in all")
-    axes[0, -1].legend(loc="lower right")
+    axes[0, 0].legend(loc="center right")
     axes[1, 0].legend(loc="upper left")
     return figure
 
@@ -61,16 +62,17 @@ def _draw_budgets(axis: Any, one: Stored, summary: pd.DataFrame) -> None:
     """Draw what so many tasks take, by searches alone and from predictions."""
     spent = summary.groupby("method", sort=False)["mean_spent"].first()
     scratch, n_trained = spent.pop(SCRATCH), one["n_samples"]
-    n_tasks = np.arange(1, _MOST + 1)
+    n_tasks = np.arange(_MOST + 1)
     axis.plot(n_tasks, n_tasks * scratch, color="0.3", ls="--", label=SCRATCH)
-    searched = np.minimum(n_tasks, n_trained) * scratch
     for name, ours in (("charts", True), *((name, False) for name in spent.index)):
-        total = searched + np.maximum(n_tasks - n_trained, 0) * spent[name]
+        total = n_trained * scratch + n_tasks * spent[name]
         look: Any = {"color": COLOURS["charts"], "zorder": 3} if ours else {}
-        label = "24 from scratch, others from predictions" if ours else None
+        label = f"{n_trained} others, then from predictions" if ours else None
         axis.plot(n_tasks, total, label=label, **({"color": "0.7", "lw": 1} | look))
-    axis.axvline(n_trained, color="0.6", ls=":", lw=1)
-    axis.set(xlabel="tasks to solve", ylim=(0, None))
+    even = {row["method"]: row["tasks"] for row in one["break_even"]}["charts"]
+    text = "" if even is None else f"break-even: {even:.0f} tasks"
+    axis.annotate(text, (even or 0, (even or 0) * scratch), (6, -14), **_BESIDE)
+    axis.set(xlabel="tasks to solve", xlim=(0, None), ylim=(0, None))
 
 
 def savings_table(*found: Stored) -> pd.DataFrame:
