@@ -26,7 +26,7 @@ LAB_KEYS := $(addprefix metadata.language_info.,codemirror_mode file_extension m
 
 quoted = '$(subst ','\'',$1)'# a path in a command, whatever it holds
 
-.PHONY: help env book release pdf twice test test-browser test-slow lint serve lab hooks data results bench lock clean
+.PHONY: help env book release pdf twice test test-browser test-slow lint serve lab hooks data results savings bench lock clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' Makefile
@@ -97,6 +97,9 @@ data: $(STAMP) ## search every policy in data/ again, resuming where it stopped
 results: $(STAMP) ## compare all methods again and judge the claims (takes its time)
 	$(BIN) -m msc evaluate --profile full --jobs $(JOBS)
 	$(BIN) -m msc claims --out data/results/claims.json --readme README.md
+
+savings: $(STAMP) ## search from what methods predict, and from scratch (about an hour)
+	$(BIN) -m msc savings --jobs $(JOBS)
 
 bench: $(STAMP) ## measure the speed of each part against a reference, and of all methods
 	@$(BIN) benchmarks/bench.py
