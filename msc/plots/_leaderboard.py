@@ -40,6 +40,7 @@ _GROUPS = {  # as in `METHODS`, and what a page says
     "projected": "projected onto the goal",
     "section V": "the paper's related work",
     "today": "what one would pick today",
+    "rollouts": "with rollouts of their own",
     "ladder": "charts known in part",
 }
 
