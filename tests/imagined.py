@@ -108,6 +108,7 @@ def imagine_study(right, world):
         **head,
         "provenance": provenance,
         "failed": {},
+        "rollouts": {},
         "cells": cells,
         "sweep": sweep,
     }

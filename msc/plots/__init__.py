@@ -25,6 +25,7 @@ above, tasks in degrees.
   `slide_execution`, `slide_predictions`, `WEIGHT_NAMES`: skills, and what they predict
 - `plot_sample_sizes`, `plot_sweep`, `comparison_table`, `ratio_table`, `kernel_table`,
   `sets_table`, `gate_shares`, `METHOD_STYLES`: methods against each other
+- `SECTION_V`, `plot_section_v`, `section_v_table`: the paper's related work
 - `load_benchmark`, `plot_benchmark`, `plot_fits`, `benchmark_table`, `ROLLOUT_LIMIT`:
   time, memory
 - `plot_coverage`, `plot_other_coverage`, `coverage_table`, `GOOD_COVERAGE`: how sure
@@ -53,6 +54,7 @@ if TYPE_CHECKING:
     )
     from msc.plots._leaderboard import Leaderboard, list_methods, plot_leaderboard
     from msc.plots._manifold import plot_execution, plot_manifold, slide_execution
+    from msc.plots._rivals import SECTION_V, plot_section_v, section_v_table
     from msc.plots._search import (
         Movements,
         plot_breaks,
