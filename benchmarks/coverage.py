@@ -23,7 +23,7 @@ from scipy.special import stdtrit
 from tqdm import tqdm
 
 from msc.data import describe_origin, find_data, load_dataset
-from msc.estimates import N_WAVES, WIDER, Average, _variance
+from msc.estimates import N_WAVES, WIDER, find_waves, half_width
 from msc.study import MEASURES, Experiment, draw_samples, format_study
 
 Array = NDArray[np.float64]
@@ -251,10 +251,11 @@ class Waves:
         self._n_waves = n_waves
 
     def __call__(self, pair: Pair) -> tuple[float, float]:
-        ours, theirs = (Average(one, pair.weights) for one in pair.errors)
-        apart = ours._influence / ours.value - theirs._influence / theirs.value
-        variance, freedom = _variance(apart, ours._shares, self._n_waves)
-        half = float(stdtrit(freedom, 0.975) * np.sqrt(variance))
+        shares = pair.weights / pair.weights.sum()
+        ours, theirs = (one / np.mean(one @ shares) for one in pair.errors)
+        waves = find_waves(np.mean(ours - theirs, axis=0), shares, self._n_waves)
+        n_tasks = int(np.count_nonzero(shares))
+        half = half_width(waves, n_tasks, [(ours - theirs) @ shares], wider=1)
         return half, half
 
 

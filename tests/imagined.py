@@ -80,9 +80,10 @@ def imagine_study(right, world):
                 if baseline != "charts" and MEASURES[measure].has_ratio
             ]
             + [
-                {"measure": measure, "method": "charts, Matérn"}
-                | {"baseline": "single, Matérn"}
+                {"measure": measure, "method": f"charts, {kernel}"}
+                | {"baseline": f"single, {kernel}"}
                 | near(0.5 if right else 2, "ratio")
+                for kernel in ("Matérn", "one kernel")
                 for measure in measures
                 if MEASURES[measure].has_ratio
             ],
@@ -147,7 +148,7 @@ def imagine_elbow(right):
 def summary(mean):
     """Summarise errors that are all alike."""
     alike = dict.fromkeys(("median", "p95"), mean)
-    sizes = {"n_tasks": 120, "per_repetition": [mean, mean]}
+    sizes = {"n_tasks": 120, "per_repetition": [mean, mean], "waves": [0.0] * 4}
     return near(mean, "mean") | {"std": 0.0} | alike | sizes
 
 

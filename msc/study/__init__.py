@@ -10,7 +10,8 @@ does.
 - `draw_samples`, `take_evenly`, `nearest_task`, `task_density`: which tasks
 - `METHODS`, `build_method`, `fit_methods`: who is compared
 - `Experiment`, `execute_policies`, `TEST_SUBSETS`: one training set
-- `run_study`, `Study`, `MEASURES`, `find_cell`, `format_study`: many of them
+- `run_study`, `Study`, `MEASURES`, `find_cell`, `count_ahead`,
+  `format_study`: many of them
 - `run_elbows` and, below it, `read_elbows`, `measure_elbows`, `most_picked`,
   `choose_criterion`, `compare_gates`, `average_gates`, `compare_clusterers`: the
   choices inside a skill
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
         choose_criterion,
         compare_clusterers,
         measure_elbows,
+        most_picked,
     )
     from msc.study._elbows import read_elbows
     from msc.study._gates import average_gates, compare_gates
@@ -56,9 +58,9 @@ if TYPE_CHECKING:
     from msc.study._summaries import (
         MEASURES,
         Study,
+        count_ahead,
         find_cell,
         format_study,
-        most_picked,
     )
     from msc.study._trial import Experiment
 

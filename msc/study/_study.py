@@ -337,6 +337,7 @@ def _rollouts(trials: Trials) -> float:
 def run_elbows(
     name: str,
     *,
+    known: Mapping[str, Any] | None = None,
     profile: str = "quick",
     seed: int = 0,
     jobs: int = 1,
@@ -346,12 +347,13 @@ def run_elbows(
 
     Parameters
     ----------
-    name, profile : str
+    name : {"free", "obstacles"}
+        The workspace and its data.
+    known : mapping, optional
+        What was found before. If it rests on the same tables, code and versions, it is
+        returned as it is.
+    profile, seed, jobs, progress
         As for `run_study`.
-    seed, jobs : int
-        As there.
-    progress : bool, default=False
-        As there.
 
     Returns
     -------
@@ -366,6 +368,13 @@ def run_elbows(
         If the workspace or the profile is another, or its data are unusable.
     """
     effort = _effort(profile)
+    told = {"workspace": name, "profile": profile, "seed": seed}
+    told["provenance"] = {
+        **_provenance(name, profile, seed),
+        "code": [identify_module(f"msc.study.{one}") for one in ("_choices", "_gates")],
+    }
+    if known is not None and {key: known.get(key) for key in told} == told:
+        return dict(known)
     tasks, policies, _ = load_dataset(name)
     found = measure_elbows(
         tasks,
@@ -388,14 +397,7 @@ def run_elbows(
         label=f"gates, {name}",
         progress=progress,
     )
-    return {
-        "workspace": name,
-        "profile": profile,
-        "seed": seed,
-        "provenance": _provenance(name, profile, seed),
-        **found,
-        "gates": average_gates(gates),
-    }
+    return {**told, **found, "gates": average_gates(gates)}
 
 
 def _effort(profile: str) -> Profile:
