@@ -49,12 +49,14 @@ def test_every_system_has_a_row_with_numbers_in_both_worlds(table):
     assert set(numbers.columns.get_level_values(0)) == {
         "without obstacles", "with obstacles",
     }  # fmt: skip
-    spans = numbers.drop(columns="rollouts", level=1)
+    shares = numbers.xs("touched", axis=1, level=1)
+    assert shares.map(lambda cell: bool(re.fullmatch(r"\d+%", cell))).all(axis=None)
+    spans = numbers.drop(columns=["rollouts", "touched"], level=1)
     assert spans.map(lambda cell: bool(re.fullmatch(r"\S+ \[\S+, \S+\]", cell))).all(
         None
     )
     rollouts = numbers.xs("rollouts", axis=1, level=1)
-    assert rollouts.map(lambda cell: bool(re.fullmatch(r"none|[\d,]+", cell))).all(None)
+    assert rollouts.map(lambda cell: bool(re.fullmatch(r"none|[\d,]+", cell))).all(axis=None)
 
 
 def test_those_that_execute_tell_how_often(table):
@@ -121,4 +123,4 @@ def test_what_was_not_run_is_said():
         "measures": {m: {} for m in ("error_cm", "excess_cost", "touched")},
     }]}  # fmt: skip
     numbers = section_v_table(bare).drop(columns="here", level=0)
-    assert (numbers.drop(columns="rollouts", level=1) == "not run").all(None)
+    assert (numbers.drop(columns="rollouts", level=1) == "not run").all(axis=None)

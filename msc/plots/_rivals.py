@@ -119,7 +119,8 @@ def section_v_table(*studies: Stored, n_samples: int = 24) -> pd.DataFrame:
     DataFrame
         Under "here": the method, which of the original's parts it has, and by what
         that is checked. Under each world: means with their intervals over training
-        sets and test tasks, and the method's own rollouts for a training set.
+        sets and test tasks, the share of tasks in which an obstacle was touched, and
+        the method's own rollouts for a training set.
     """
     rows = {}
     for system in SECTION_V:
@@ -132,8 +133,7 @@ def section_v_table(*studies: Stored, n_samples: int = 24) -> pd.DataFrame:
             world, found = WORLD_TITLES[study["workspace"]], _found(study, n_samples)
             for measure in _MEASURES:
                 cell = found[measure].get(system.method)
-                head = world, MEASURES[measure].label
-                row[head] = _write(cell)
+                row[world, MEASURES[measure].label] = _write(cell, measure)
             spent = study["rollouts"].get(system.method, 0)
             row[world, "rollouts"] = f"{spent:,.0f}" if spent else "none"
         rows[system.name] = row
@@ -146,11 +146,14 @@ def _found(study: Stored, n_samples: int) -> dict[str, Any]:
     return measures
 
 
-def _write(cell: Any) -> str:
-    """Write a mean, or why there is none."""
+def _write(cell: Any, measure: str) -> str:
+    """Write a mean, with its interval unless it is a share; or why there is none."""
     if cell is None:
         return "not run"
-    return "failed" if cell["mean"] is None else f"{Estimate.read(cell, 'mean')}"
+    if cell["mean"] is None:
+        return "failed"
+    share = measure == "touched"
+    return f"{cell['mean']:.0%}" if share else f"{Estimate.read(cell, 'mean')}"
 
 
 @styled
@@ -194,7 +197,8 @@ def plot_section_v(
                     _draw_row(axis, -place, name, cell)
             axis.axhline(0.5 - len(rows) + len(BESIDE), color="0.6", lw=0.8)
             axis.set(xscale="log", xlabel=MEASURES[measure].label)
-    axes[0, 0].set_yticks(range(0, -len(rows), -1), rows, fontsize=SMALL)
+    for axis in axes[:, 0]:
+        axis.set_yticks(range(0, -len(rows), -1), rows, fontsize=SMALL)
     return figure
 
 
