@@ -39,6 +39,8 @@ class Estimate:
         Which of several numbers it is, as "n = 24", or what was measured.
     baseline : str
         Of a ratio: the method whose errors it is a multiple of.
+    note : str
+        What else is to be said of it, as on how many training sets it is below one.
     of : Average, optional
         Of a mean: what it was averaged of. A quotient of two such is that of errors on
         the same test tasks.
@@ -49,6 +51,7 @@ class Estimate:
     high: float | None = None
     label: str = ""
     baseline: str = ""
+    note: str = ""
     of: Average | None = field(default=None, compare=False)
 
     @classmethod
@@ -287,7 +290,7 @@ class Average:
             own = np.where(self.per_set > 0, self.per_set, np.inf)[:, None]
             apart = (squares - self.per_set[:, None] ** 2) / (2 * own)
         self.value = float(self.per_set.mean())
-        self.waves = find_waves(apart.mean(axis=0), shares)
+        self.waves = _find_waves(apart.mean(axis=0), shares)
 
     @classmethod
     def read(cls, stored: Mapping[str, Any]) -> Self:
@@ -372,11 +375,13 @@ class Average:
         sets = [ours - theirs] if are_paired else [ours, theirs]
         waves = self.waves / self.value - other.waves / other.value
         ratio = self.value / other.value
-        return Estimate(ratio, *_around(ratio, half_width(waves, self.n_tasks, sets)))
+        return Estimate(
+            ratio, *_around(ratio, _half_width_of(waves, self.n_tasks, sets))
+        )
 
     def _half_width(self, unit: float = 1.0) -> float:
         """Return half the length of the interval, in a unit."""
-        return half_width(self.waves / unit, self.n_tasks, [self.per_set / unit])
+        return _half_width_of(self.waves / unit, self.n_tasks, [self.per_set / unit])
 
 
 def _around(value: float, half: float) -> tuple[float, float]:
@@ -401,7 +406,7 @@ def _check_weights(weights: ArrayLike | None, n_tasks: int) -> Array:
     return shares
 
 
-def find_waves(values: Array, shares: Array, n_waves: int = N_WAVES) -> Array:
+def _find_waves(values: Array, shares: Array, n_waves: int = N_WAVES) -> Array:
     """Find the slowest waves in values round the circle, whose mean does not count."""
     n_counted = int(np.count_nonzero(shares))
     numbers = np.arange(1, min(n_waves, n_counted // 2) + 1)
@@ -411,7 +416,7 @@ def find_waves(values: Array, shares: Array, n_waves: int = N_WAVES) -> Array:
     return found
 
 
-def half_width(
+def _half_width_of(
     waves: Array, n_tasks: int, sets: Sequence[Array], wider: float = WIDER
 ) -> float:
     """Return half the length of an interval, of waves and of independent sets."""

@@ -65,10 +65,11 @@ def study(**cells):
                 "design": "even",
                 "n_samples": size,
                 "measures": {
-                    measure: {
-                        "charts": dict(zip(("mean", "low", "high"), at, strict=True))
-                        | {"n_tasks": 120, "per_repetition": [at[0]], "waves": [0, 1]}
-                    }
+                    measure: dict.fromkeys(
+                        ("charts", "single"),
+                        dict(zip(("mean", "low", "high"), at, strict=True))
+                        | {"n_tasks": 120, "per_repetition": [at[0]], "waves": [0, 1]},
+                    )
                     for measure, triples in cells.items()
                     if (at := triples.get(size))
                 },
@@ -299,6 +300,18 @@ def test_a_quotient_of_means_of_the_same_tasks_knows_that_they_are(verdict_on):
     half["half"]["quotient"] = {"top": means, "bottom": means | {"n_samples": 72}}
     low, high = verdict_on(half, results).findings[0].estimate.bounds
     assert low < 0.5 < high
+
+
+def test_how_many_training_sets_agree_is_told(verdict_on):
+    results = study(mse={24: OPEN})
+    means = results["cells"][0]["measures"]["mse"]
+    means["charts"] = means["charts"] | {"per_repetition": [1, 2, 3, 4]}
+    means["single"] = means["single"] | {"per_repetition": [2, 3, 4]}
+    assert verdict_on({"ours": BELOW}, results).measured.endswith(
+        "× single, lower on 3 of 3 training sets"
+    )
+    again = verdict_on({"ours": BELOW}, study(mse={24: OPEN}))
+    assert again.measured.endswith("× single")  # a single set is no more than the ratio
 
 
 def test_a_mean_of_a_fit_that_failed_is_not_there(verdict_on):

@@ -13,11 +13,11 @@ from msc.estimates import (
     WIDER,
     Average,
     Estimate,
+    _find_waves,
     average,
     bonferroni,
     compare,
     difference,
-    find_waves,
     quotient,
 )
 
@@ -117,7 +117,7 @@ def test_the_interval_is_that_by_hand():
 def test_of_independent_errors_it_is_the_variance_of_their_mean():
     shares = np.full(40, 1 / 40)
     drawn = rng.normal(0, 3, size=(5000, 1, 40))
-    found = [np.mean(np.abs(find_waves(one, shares)) ** 2) for [one] in drawn]
+    found = [np.mean(np.abs(_find_waves(one, shares)) ** 2) for [one] in drawn]
     assert np.mean(found) == pytest.approx(9 / 40, rel=0.03)
     # A chi-squared of four degrees of freedom has the variance 2/4 of its square mean.
     assert np.var(found) == pytest.approx(np.mean(found) ** 2 / 2, rel=0.1)
@@ -133,7 +133,7 @@ def test_an_influence_is_what_a_task_adds(spread):
         weights[task] += 8 * step
         moved = Average(values, weights / weights.sum(), spread=spread).value
         slopes.append((moved - found.value) / step)
-    waves = find_waves(np.array(slopes), np.full(8, 1 / 8))
+    waves = _find_waves(np.array(slopes), np.full(8, 1 / 8))
     np.testing.assert_allclose(found.waves, waves, rtol=1e-4, atol=1e-4)
 
 

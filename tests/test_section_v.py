@@ -56,7 +56,9 @@ def test_every_system_has_a_row_with_numbers_in_both_worlds(table):
         None
     )
     rollouts = numbers.xs("rollouts", axis=1, level=1)
-    assert rollouts.map(lambda cell: bool(re.fullmatch(r"none|[\d,]+", cell))).all(axis=None)
+    assert rollouts.map(lambda cell: bool(re.fullmatch(r"none|[\d,]+", cell))).all(
+        axis=None
+    )
 
 
 def test_those_that_execute_tell_how_often(table):

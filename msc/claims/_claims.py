@@ -27,7 +27,7 @@ import pandas as pd
 import yaml
 
 from msc.estimates import Average, Estimate, average, difference, quotient
-from msc.study import find_cell
+from msc.study import count_ahead, find_cell
 
 PREDICATES = ("below", "above", "equals", "at_least")
 N_WORDS = 40  # that a quotation may have
@@ -72,7 +72,10 @@ def _ratio(
     ratios = {(r["measure"], r["method"], r["baseline"]): r for r in cell["ratios"]}
     if wanted not in ratios and baseline in cell["measures"][name]:  # few test tasks
         return Estimate(nan)
-    return Estimate.read(ratios[wanted], "ratio")
+    found = Estimate.read(ratios[wanted], "ratio")
+    n_ahead, n_sets = count_ahead(cell, name, method, baseline)
+    note = f"lower on {n_ahead} of {n_sets} training sets" if n_sets > 1 else ""
+    return replace(found, note=note)
 
 
 def _mean(

@@ -24,10 +24,13 @@ above, tasks in degrees.
 - `plot_manifold`, `plot_execution`, `plot_composition`, `plot_rivals`,
   `slide_execution`, `slide_predictions`, `WEIGHT_NAMES`: skills, and what they predict
 - `plot_sample_sizes`, `plot_sweep`, `comparison_table`, `ratio_table`, `kernel_table`,
-  `sets_table`, `gate_shares`, `METHOD_STYLES`: methods against each other
+  `sets_table`, `ahead_table`, `gate_shares`, `METHOD_STYLES`: methods compared
 - `SECTION_V`, `plot_section_v`, `section_v_table`: the paper's related work
-- `load_benchmark`, `plot_benchmark`, `plot_fits`, `benchmark_table`, `ROLLOUT_LIMIT`:
-  time, memory
+- `Leaderboard`, `list_methods`, `plot_leaderboard`, `standings_table`, `plot_ranks`:
+  all of them
+- `load_times`, `plot_times`, `times_table`, `load_benchmark`, `plot_benchmark`,
+  `plot_fits`, `benchmark_table`, `ROLLOUT_LIMIT`: time, memory
+- `plot_savings`, `savings_table`: what predicting saves of searching
 - `plot_coverage`, `plot_other_coverage`, `coverage_table`, `GOOD_COVERAGE`: how sure
   intervals are
 """
@@ -52,9 +55,16 @@ if TYPE_CHECKING:
         slide_charts,
         slide_regularization,
     )
-    from msc.plots._leaderboard import Leaderboard, list_methods, plot_leaderboard
+    from msc.plots._leaderboard import (
+        Leaderboard,
+        list_methods,
+        plot_leaderboard,
+        standings_table,
+    )
     from msc.plots._manifold import plot_execution, plot_manifold, slide_execution
+    from msc.plots._ranks import plot_ranks
     from msc.plots._rivals import SECTION_V, plot_section_v, section_v_table
+    from msc.plots._savings import plot_savings, savings_table
     from msc.plots._search import (
         Movements,
         plot_breaks,
@@ -74,6 +84,7 @@ if TYPE_CHECKING:
     )
     from msc.plots._style import METHOD_STYLES, WEIGHT_NAMES
     from msc.plots._tables import (
+        ahead_table,
         comparison_table,
         confirmed_jumps,
         elbow_table,
@@ -85,6 +96,7 @@ if TYPE_CHECKING:
         ratio_table,
         sets_table,
     )
+    from msc.plots._times import load_times, plot_times, times_table
     from msc.plots._timings import (
         ROLLOUT_LIMIT,
         benchmark_table,

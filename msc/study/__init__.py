@@ -12,6 +12,8 @@ does.
 - `Experiment`, `execute_policies`, `TEST_SUBSETS`: one training set
 - `run_study`, `Study`, `MEASURES`, `find_cell`, `count_ahead`,
   `format_study`: many of them
+- `read_trials` and, above it, `rank_methods`, `Ranks`, `critical_difference`: average
+  ranks over all of it
 - `run_elbows` and, below it, `read_elbows`, `measure_elbows`, `most_picked`,
   `choose_criterion`, `compare_gates`, `average_gates`, `compare_clusterers`: the
   choices inside a skill
@@ -38,6 +40,7 @@ if TYPE_CHECKING:
     from msc.study._gates import average_gates, compare_gates
     from msc.study._measure import execute_policies
     from msc.study._methods import METHODS, build_method, fit_methods
+    from msc.study._ranks import Ranks, critical_difference, rank_methods
     from msc.study._sampling import (
         TEST_SUBSETS,
         draw_samples,
@@ -54,7 +57,7 @@ if TYPE_CHECKING:
         summarise_savings,
         time_searches,
     )
-    from msc.study._study import run_elbows, run_study
+    from msc.study._study import read_trials, run_elbows, run_study
     from msc.study._summaries import (
         MEASURES,
         Study,

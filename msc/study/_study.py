@@ -188,18 +188,7 @@ def run_study(
         label = f"{name}, {world}"
         found = call_in_order(work, calls, jobs=jobs, label=label, progress=progress)
         _gather(own, found, origin(name), len(test.tasks)).write(path)
-    known = {}
-    for name in effort.methods:
-        trials = Trials.read(method_path(folder, world, name))
-        if trials is None:
-            continue
-        if not _agrees(trials, origin(name)):
-            raise ValueError(
-                f"{name!r}: what is kept of it in {world!r} rests on other tables, "
-                "another protocol or other code; make it anew: msc evaluate "
-                f"--profile {profile} --methods {name!r}"
-            )
-        known[name] = trials
+    known = read_trials(world, folder, profile=profile, seed=seed)
     return {
         "workspace": world,
         "profile": profile,
@@ -208,6 +197,50 @@ def run_study(
         "provenance": _provenance(world, profile, seed),
         **_summarise(datasets, sets, known),
     }
+
+
+def read_trials(
+    world: str, folder: Path, *, profile: str = "full", seed: int = 0
+) -> dict[str, Trials]:
+    """Read what methods did in a world, of all whose results are there.
+
+    Parameters
+    ----------
+    world : {"free", "obstacles"}
+        The workspace.
+    folder : Path
+        Where each method's results are kept.
+    profile : {"quick", "full"}, default="full"
+        How much was done.
+    seed : int, default=0
+        As for `run_study`.
+
+    Returns
+    -------
+    dict from str to Trials
+        By method.
+
+    Raises
+    ------
+    ValueError
+        If the profile is unknown, or results are of other tables, another protocol or
+        other code.
+    """
+    effort, known = _effort(profile), {}
+    sets = list_sets(effort, load_dataset(world).tasks, seed)
+    for name in effort.methods:
+        trials = Trials.read(method_path(folder, world, name))
+        if trials is None:
+            continue
+        about = _about(world, effort, sets, name, profile=profile, seed=seed)
+        if not _agrees(trials, about):
+            raise ValueError(
+                f"{name!r}: what is kept of it in {world!r} rests on other tables, "
+                "another protocol or other code; make it anew: msc evaluate "
+                f"--profile {profile} --methods {name!r}"
+            )
+        known[name] = trials
+    return known
 
 
 def _about(
