@@ -53,7 +53,7 @@ def test_every_system_has_a_row_with_numbers_in_both_worlds(table):
     assert shares.map(lambda cell: bool(re.fullmatch(r"\d+%", cell))).all(axis=None)
     spans = numbers.drop(columns=["rollouts", "touched"], level=1)
     assert spans.map(lambda cell: bool(re.fullmatch(r"\S+ \[\S+, \S+\]", cell))).all(
-        None
+        axis=None
     )
     rollouts = numbers.xs("rollouts", axis=1, level=1)
     assert rollouts.map(lambda cell: bool(re.fullmatch(r"none|[\d,]+", cell))).all(
