@@ -49,7 +49,7 @@ def plot_savings(*found: Stored) -> Figure:
             look |= {"ls": "", "marker": "o", "ms": 5, "label": label}
             above.plot(rows["mean_rollouts"], places, color="#00467F", **look)
         above.set_yticks(-np.arange(len(names)), names, fontsize=SMALL)
-        above.set(xscale="log", xlabel="rollouts until near enough")
+        above.set(xscale="log", xlabel="rollouts until near enough", xlim=(0.7, 500))
         above.set_title(WORLD_TITLES[one["workspace"]], loc="left")
         _draw_budgets(below, one, summary)
     axes[1, 0].set_ylabel("rollouts in all")
