@@ -34,6 +34,7 @@ from msc.plots import (
     plot_rivals,
     plot_rollouts_spent,
     plot_sample_sizes,
+    plot_section_v,
     plot_sweep,
     plot_tasks,
     plot_times,
@@ -177,6 +178,7 @@ FIGURES = {
     plot_sample_sizes: lambda: plot_sample_sizes(
         *results("study"), methods=list(METHOD_STYLES), verdicts=False
     ),
+    plot_section_v: lambda: plot_section_v(*results("study")),
     plot_sweep: lambda: plot_sweep(*results("study"), measures=["mse, gate learned"]),
     slide_weight: weights,
     plot_rollouts_spent: lambda: plot_rollouts_spent(

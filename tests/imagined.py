@@ -115,6 +115,7 @@ def imagine_study(right, world):
         **head,
         "provenance": provenance,
         "failed": {},
+        "rollouts": {},
         "cells": cells,
         "sweep": sweep,
     }

@@ -21,6 +21,7 @@ TIERS = {  # of each, a method that is quick
     "all": "charts",
     "even": "charts, one kernel",
     "some": "change points",
+    "few": "Kober's practice",
     "sweep": "4 charts",
 }
 

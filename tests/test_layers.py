@@ -45,6 +45,7 @@ KNOWS_GOALS = {  # rivals that ask how movements end
 PRACTISES = {  # rivals that execute policies, or search
     f"msc.study.rivals.{name}"
     for name in (
+        "_by_trial",
         "_contextual",
         "_crkr_practice",
         "_mixture_practice",

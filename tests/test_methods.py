@@ -21,6 +21,7 @@ from msc import SMCE, CrKR, ParameterizedSkill
 from msc.learn import gaussian_process
 from msc.study import METHODS, build_method, fit_methods
 from msc.study._methods import COMMON
+from msc.study.rivals import ChosenByTrial
 from msc.study.rivals._interpolation import Interpolation
 
 rng = np.random.default_rng(0)
@@ -32,8 +33,12 @@ new_tasks = np.linspace(-0.2, 2 * np.pi, 25)[:, None]
 
 @pytest.fixture(scope="module")
 def fitted():
-    names = [name for name in METHODS if "projected" not in name]
-    names.remove("conditioned ProMP")  # which knows how wide policies are
+    wide = {"conditioned ProMP", "after Liu: mapped", "after Soni: stopped"}  # policies
+    names = [
+        name
+        for name, method in METHODS.items()
+        if "projected" not in name and name not in wide and method.group != "rollouts"
+    ]
     return fit_methods(tasks, policies, cost, n_charts=2, names=names)
 
 
@@ -42,10 +47,46 @@ def test_a_method_is_fresh_can_be_cloned_and_predicts_policies(name):
     one, other = build_method(name, seed=1), build_method(name, seed=1)
     assert one is not other
     assert repr(clone(one)) == repr(one)
+    if METHODS[name].group == "rollouts":
+        cheaply(one, other)
     X, y = np.linspace(0.3, 6, 16)[:, None], rng.normal(size=(16, 6))
+    if name == "after Soni: stopped":
+        assert one.fit(X, y).plan(X[:3]).shape == (3, 67, 3)
+        return
     found = one.fit(X, y).predict(X[:3])
     assert found.shape == (3, 6)
     np.testing.assert_array_equal(other.fit(X, y).predict(X[:3]), found)
+
+
+def cheaply(*methods):
+    """Let methods with rollouts practise a little, on what is quickly executed."""
+    for method in methods:
+        method.estimator.set_params(
+            n_rollouts=400, execute=lambda policies, X: 1 + policies[:, 0] ** 2
+        )
+
+
+def test_methods_with_rollouts_are_tried_on_few_sets_and_no_others():
+    few = {name for name, method in METHODS.items() if method.sets == "few"}
+    assert few == {
+        name for name, method in METHODS.items() if method.group == "rollouts"
+    }
+    for name, method in METHODS.items():
+        built = build_method(name)
+        spends = "n_rollouts" in built.get_params(deep=False)
+        spends |= isinstance(built, ChosenByTrial)
+        assert spends == (method.sets == "few"), name
+
+
+def test_one_that_executes_is_given_costs_in_the_unit_of_what_it_pays(monkeypatch):
+    given = {}
+
+    def fit(self, X, y, cost=None):
+        given[self.estimator.__class__.__name__] = cost
+
+    monkeypatch.setattr(ChosenByTrial, "fit", fit)
+    fit_methods(tasks, policies, cost, names=["Kober's practice"])
+    np.testing.assert_array_equal(given["PractisedCrKR"], cost)
 
 
 def test_the_paper_s_methods_come_first():

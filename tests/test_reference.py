@@ -10,7 +10,9 @@ from pathlib import Path
 import pytest
 
 import msc
+import msc.study.rivals
 from msc.cli import main, make_subject
+from msc.plots import SECTION_V
 from press import Subject
 from press._markup import mend_backlinks
 from press._notebook import Parameter, parameters, read_notebook
@@ -100,6 +102,15 @@ def test_a_test_that_does_not_exist_is_named(file, name):
 
 
 # The package
+
+
+@pytest.mark.parametrize("name", msc.study.rivals.__all__)
+def test_every_rival_is_on_the_package_s_page(name):
+    thing = getattr(msc.study.rivals, name)
+    if callable(thing) and not hasattr(msc, name):
+        kind = "class" if inspect.isclass(thing) else "function"
+        assert f".. auto{kind}:: msc.study.rivals.{name}\n" in API
+        assert re.search(rf"^   {name}$", API, re.M)  # the table of rivals
 
 
 @pytest.mark.parametrize("name", msc.__all__)
@@ -234,7 +245,17 @@ def test_seven_systems_each_with_its_reference():
         assert all(f"{{{key}," in known for key in cited)
     for section in sections:
         assert "*Here:*" in section
-        assert "*To add:*" in section
+        assert "*Adapted:*" in section
+        assert re.search(r"\*Left\sout:\*", section)
+
+
+def test_systems_are_said_to_run_by_the_names_of_their_methods():
+    page = " ".join((BOOK / "related_work.md").read_text(encoding="utf-8").split())
+    *sections, _ = page.split(" ## ")[1:]
+    for system, section in zip(SECTION_V, sections, strict=True):
+        assert f"{{cite}}`{system.cited}`" in section
+        assert f"*{system.method}*" in section
+        assert not system.before or f"*{system.before}*" in section
 
 
 def test_links_from_sources_lead_to_where_a_name_is_documented(tmp_path):

@@ -100,12 +100,15 @@ def test_where_what_needs_no_learning_is_better():
     assert (over("free", mse, nearest) < 1).all()
 
 
-def test_nobody_who_was_tried_ends_nearer_than_interpolation():
+def test_nobody_who_executes_nothing_ends_nearer_than_interpolation():
     # the first page
     (study,) = load_results("study_obstacles")
     means = find_cell(study, "even", 24)["measures"]["error_cm"]
-    least = min(means, key=lambda name: means[name]["mean"])
-    assert least == "linear interpolation"
+    ranked = sorted(means, key=lambda name: means[name]["mean"])
+    assert ranked[:2] == ["Mülling's practice", "linear interpolation"]
+    assert ranked[0] in study["rollouts"]
+    one, other = (means[name]["per_repetition"][:3] for name in ranked[:2])
+    assert 0.9 < sum(one) / sum(other) < 1
 
 
 def test_the_true_pieces_known_take_a_third_of_the_error():

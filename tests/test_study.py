@@ -14,6 +14,8 @@ import msc.study._study
 from msc.cli import main
 from msc.data import load_dataset, save_table
 from msc.estimates import compare
+from msc.robot import Arm, Workspace
+from msc.search import cost
 from msc.study import (
     MEASURES,
     Experiment,
@@ -30,6 +32,7 @@ from msc.study._sampling import DESIGNS
 from msc.study._store import Trials, method_path
 from msc.study._study import PROFILES, Profile, list_sets, sets_of
 from msc.study._summaries import summarise_cell
+from msc.study.rivals import StoppedMovement
 from press import checksum
 
 ROOT = Path(__file__).parents[1]
@@ -42,6 +45,8 @@ TINY = Profile(
     {"even": (8, 24), "uniform": (8,), "nonuniform": (8,)},
     some_sizes=(8,),
     some_repetitions=1,
+    few_sizes=(12,),
+    few_repetitions=2,
     sweep_sizes=(8,),
     sweep_repetitions=2,
     n_elbows=3,
@@ -386,6 +391,78 @@ def test_a_fit_that_fails_is_told_and_not_averaged(tmp_path, monkeypatch):
     assert cell["measures"]["error_cm"]["charts"]["mean"] > 0
     assert not cell["ratios"]
     json.loads(format_study(found))
+
+
+# Methods with rollouts of their own, and one that plans movements
+
+
+class Spending(Refusing):
+    """A method that spends as many rollouts as its first task says."""
+
+    def fit(self, X, y):
+        self.n_rollouts_ = 70_001 + round(np.rad2deg(X[0, 0]))
+        return super().fit(X + 1, y)
+
+
+def test_few_sets_of_one_size_for_those_with_rollouts(tmp_path, monkeypatch):
+    monkeypatch.setitem(PROFILES, "quick", replace(TINY, methods=("CrKr",)))
+    monkeypatch.setitem(METHODS, "CrKr", Method(lambda _: Spending(), "paper", "few"))
+    found = keep(tmp_path)
+    (cell,) = found["cells"]
+    assert (cell["design"], cell["n_samples"]) == ("even", 12)
+    kept = Trials.read(method_path(tmp_path, "free", "CrKr"))
+    sets = draw_samples("even", np.deg2rad(GRID)[:, None], 12, n_draws=2, seed=3)
+    spent = kept.errors["even/12/n_rollouts"]  # whole, where errors are shortened
+    assert spent.tolist() == [70_001 + GRID[chosen[0]] for chosen in sets]
+    assert found["rollouts"] == {"CrKr": 70_008.5}
+    again = Trials.read(method_path(tmp_path, "free", "CrKr"))
+    again.write(tmp_path / "again.npz")
+    path = method_path(tmp_path, "free", "CrKr")
+    assert (tmp_path / "again.npz").read_bytes() == path.read_bytes()
+
+
+@pytest.mark.parametrize("profile", ORIGINAL)
+def test_the_first_sets_of_24_are_those_of_other_methods_too(profile):
+    effort = ORIGINAL[profile]
+    sets = list_sets(effort, np.deg2rad(np.arange(360.0))[:, None], seed=0)
+    own, others = (sets_of(name, effort, sets) for name in ("Kober's practice", "CrKr"))
+    assert list(own) == [("even", 24)]
+    n_sets = {"quick": 1, "full": 3}[profile]
+    np.testing.assert_array_equal(own["even", 24], others["even", 24][:n_sets])
+
+
+def test_a_study_without_rollouts_says_so(study):
+    assert study["rollouts"] == {}
+
+
+def test_a_planner_s_movements_are_followed_and_have_no_errors_of_policies(
+    tmp_path, monkeypatch
+):
+    name = "after Soni: stopped"
+    least = replace(TINY, some_sizes=(12,), methods=("mean policy", name))
+    monkeypatch.setitem(PROFILES, "quick", least)
+    found = keep(tmp_path)
+    measures = find_cell(found, "even", 12)["measures"]
+    assert set(measures["mse, gate learned"]) == set()
+    assert found["failed"] == {}
+    kept = Trials.read(method_path(tmp_path, "free", name))
+    wanted = {"error_cm", "excess_cost", "touched"}
+    assert {key.rpartition("/")[2] for key in kept.errors} == wanted
+    grid, test = load_dataset("free"), load_dataset("free_test")
+    chosen = draw_samples("even", grid.tasks, 12, n_draws=1, seed=3)[0]
+    option = StoppedMovement().fit(grid.tasks[chosen], grid.policies[chosen])
+    with Arm(Workspace.free()) as arm:
+        rollouts = arm.follow(option.plan(test.tasks), TEST)
+    missed = [100 * one.error for one in rollouts]
+    away = np.abs(TEST[:, None] - GRID).min(axis=1) != 7.5  # of ties the mean counts
+    np.testing.assert_allclose(
+        kept.errors["even/12/error_cm"][0][away], np.array(missed)[away], rtol=1e-4
+    )
+    extra = [cost(one) for one in rollouts] - test.table["cost"]
+    np.testing.assert_allclose(
+        kept.errors["even/12/excess_cost"][0], extra, rtol=1e-3, atol=1e-4
+    )
+    assert "even/12/mse" not in kept.errors
 
 
 def test_the_same_trials_are_the_same_bytes(tmp_path):

@@ -25,6 +25,7 @@ above, tasks in degrees.
   `slide_execution`, `slide_predictions`, `WEIGHT_NAMES`: skills, and what they predict
 - `plot_sample_sizes`, `plot_sweep`, `comparison_table`, `ratio_table`, `kernel_table`,
   `sets_table`, `ahead_table`, `gate_shares`, `METHOD_STYLES`: methods compared
+- `SECTION_V`, `plot_section_v`, `section_v_table`: the paper's related work
 - `Leaderboard`, `list_methods`, `plot_leaderboard`, `standings_table`, `plot_ranks`:
   all of them
 - `load_times`, `plot_times`, `times_table`, `load_benchmark`, `plot_benchmark`,
@@ -62,6 +63,7 @@ if TYPE_CHECKING:
     )
     from msc.plots._manifold import plot_execution, plot_manifold, slide_execution
     from msc.plots._ranks import plot_ranks
+    from msc.plots._rivals import SECTION_V, plot_section_v, section_v_table
     from msc.plots._savings import plot_savings, savings_table
     from msc.plots._search import (
         Movements,

@@ -43,6 +43,7 @@ GROUPS = {  # as in `METHODS`, and what a page says
     "one kernel": "one kernel for all weights",
     "section V": "the paper's related work",
     "today": "what one would pick today",
+    "rollouts": "with rollouts of their own",
     "projected": "projected onto the goal",
     "ladder": "charts known in part",
 }

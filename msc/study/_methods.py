@@ -17,6 +17,7 @@ from msc.study._ladder import build_ladder
 from msc.study._ours import build_skill
 from msc.study._setting import Setting
 from msc.study.rivals import (
+    ChosenByTrial,
     ConditionedProMP,
     CrKR,
     GoalProjected,
@@ -24,7 +25,9 @@ from msc.study.rivals import (
     InvertedSweep,
     MappedMovement,
     MovementMixture,
+    StoppedMovement,
     isomap_skill,
+    practising_method,
     todays_method,
     tune,
     zero_policy,
@@ -39,12 +42,12 @@ class Method:
     ----------
     build : callable
         Takes a `Setting` and gives an unfitted estimator with `fit(X, y)` and
-        `predict(X)`, tasks in radians.
+        `predict(X)`, tasks in radians; or with `plan(X)`, joint angles to follow.
     group : str
         Under what it is listed.
-    sets : {"all", "even", "some", "sweep"}
+    sets : {"all", "even", "some", "few", "sweep"}
         On which training sets: all; the evenly spaced ones; of these ten at each of
-        three sizes; those of the sweep over the number of charts.
+        three sizes; three at one size; those of the sweep over the number of charts.
     """
 
     build: Callable[[Setting], Any]
@@ -56,6 +59,11 @@ def _projected(to: Setting) -> Any:
     """Wrap the method that the name begins with."""
     base = to.name.removesuffix(", projected")
     return GoalProjected(METHODS[base].build(replace(to, name=base)))
+
+
+def _practising(name: str) -> Callable[[Setting], Any]:
+    """Build a method with rollouts of its own."""
+    return lambda to: practising_method(name, to.workspace, to.seed)
 
 
 METHODS = {
@@ -91,6 +99,17 @@ METHODS = {
     ),
     "after Liu: mapped": Method(lambda to: MappedMovement(to.workspace), "section V"),
     "after Hausknecht: no sweep": Method(lambda _: InvertedSweep(), "section V"),
+    "after Soni: stopped": Method(
+        lambda to: StoppedMovement(to.workspace), "section V"
+    ),
+    "Kober's practice": Method(
+        _practising("cost-regularized practice"), "rollouts", "few"
+    ),
+    "Mülling's practice": Method(_practising("mixture practice"), "rollouts", "few"),
+    "after Deisenroth: model-free": Method(
+        _practising("multi-task search"), "rollouts", "few"
+    ),
+    "contextual search": Method(_practising("contextual search"), "rollouts", "few"),
     "nearest neighbours": Method(todays_method, "today"),
     "local linear regression": Method(todays_method, "today"),
     "radial basis functions": Method(todays_method, "today"),
@@ -144,6 +163,8 @@ def build_method(name: str, **how: Any) -> Any:
         - "ladder: …": with one kernel, on charts by SMCE or single linkage, or the true
           pieces between jumps; with the best gate of several, one that abstains, or
           the true chart;
+        - "…'s practice", "after Deisenroth: model-free", "contextual search": with
+          rollouts of their own, which they count, see `practising_method`;
         - all others: see `msc.study.rivals`.
     **how : dict
         `n_charts`, `seed` and `workspace`, see `Setting`.
@@ -151,7 +172,8 @@ def build_method(name: str, **how: Any) -> Any:
     Returns
     -------
     estimator
-        With `fit(X, y)` and `predict(X)`, tasks in radians.
+        With `fit(X, y)` and `predict(X)`, tasks in radians; "after Soni: stopped" has
+        `plan(X)` instead, joint angles for `Arm.follow`.
 
     Raises
     ------
@@ -194,7 +216,8 @@ def fit_methods(
         Their policies.
     cost : array_like of shape (n_tasks,)
         What the search paid for each, positive. A method that trusts costly samples
-        less is given cost / mean(cost), which is one on average.
+        less is given cost / mean(cost), which is one on average; if it has rollouts of
+        its own, in whose unit it is, the cost itself.
     names : iterable of str, default=COMMON
         Which methods.
     **how : dict
@@ -220,7 +243,8 @@ def fit_methods(
     built = {name: build_method(name, **how) for name in names}
     costs = validate_cost(cost, len(np.asarray(X)))
     for method in built.values():
+        unit = 1.0 if isinstance(method, ChosenByTrial) else costs.mean()
         takes_cost = has_fit_parameter(method, "cost")
-        given = {"cost": costs / costs.mean()} if takes_cost else {}
+        given = {"cost": costs / unit} if takes_cost else {}
         method.fit(np.asarray(X), np.asarray(y), **given)
     return built

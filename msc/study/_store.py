@@ -41,7 +41,8 @@ class Trials:
         The method, the world, and what both rest on, see `msc.study.run_study`; under
         ``"failed"`` by "design/n_samples/set" why a fit failed, whose errors are NaN.
     errors : dict from str to ndarray of shape (n_sets, n_test_tasks)
-        By "design/n_samples/measure".
+        By "design/n_samples/measure". Of a method with rollouts of its own also their
+        numbers, by "design/n_samples/n_rollouts", of shape (n_sets,).
     """
 
     about: dict[str, Any]
@@ -147,7 +148,7 @@ def _without_docstrings(tree: ast.Module) -> ast.Module:
 
 def _shorten(values: NDArray[Any]) -> NDArray[Any]:
     """Drop the last bits of numbers, which only take space."""
-    if values.dtype == bool:
+    if values.dtype.kind in "bi":
         return values
     mantissa, exponent = np.frexp(values.astype(np.float64))
     kept = np.round(mantissa * 2**_BITS) / 2**_BITS

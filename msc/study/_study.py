@@ -27,6 +27,7 @@ from msc.study._choices import measure_elbows
 from msc.study._gates import average_gates, compare_gates
 from msc.study._measure import RAW, measure_method
 from msc.study._methods import METHODS, build_method, fit_methods
+from msc.study._plans import measure_plans
 from msc.study._sampling import Indices, draw_samples, task_density
 from msc.study._setting import N_CHARTS
 from msc.study._store import (
@@ -51,20 +52,36 @@ class Profile:
     sizes: dict[str, tuple[int, ...]]  # of samples, by design
     some_sizes: tuple[int, ...]  # evenly spaced, of methods not tried on all sets,
     some_repetitions: int  # on so many training sets, at most
+    few_sizes: tuple[int, ...]  # evenly spaced, of methods with rollouts of their own,
+    few_repetitions: int  # on so many training sets, at most
     sweep_sizes: tuple[int, ...]  # evenly spaced, for every number of charts,
     sweep_repetitions: int  # on so many training sets, at most
     n_elbows: int  # parts of the policies in which an elbow is looked for
     methods: tuple[str, ...] = tuple(METHODS)  # who is compared
 
 
+_LONG = "after Deisenroth: model-free", "contextual search"  # a minute a set, and more
 _SIZES = (8, 12, 16, 24, 36, 50, 72, 100, 180, 360)
 PROFILES = {
-    "quick": Profile(3, {"even": (8, 24, 72)}, (24,), 1, (24,), 3, 5),
+    "quick": Profile(
+        repetitions=3,
+        sizes={"even": (8, 24, 72)},
+        some_sizes=(24,),
+        some_repetitions=1,
+        few_sizes=(24,),
+        few_repetitions=1,
+        sweep_sizes=(24,),
+        sweep_repetitions=3,
+        n_elbows=5,
+        methods=tuple(name for name in METHODS if name not in _LONG),
+    ),
     "full": Profile(
         repetitions=30,
         sizes={"even": _SIZES, "uniform": _SIZES, "nonuniform": (16, 24, 50, 100)},
         some_sizes=(12, 24, 50),
         some_repetitions=10,
+        few_sizes=(24,),
+        few_repetitions=3,
         sweep_sizes=(24, 100, 360),
         sweep_repetitions=10,
         n_elbows=50,
@@ -78,7 +95,7 @@ Sets = dict[tuple[str, int], list[Indices]]
 def list_sets(profile: Profile, tasks: NDArray[np.float64], seed: int) -> Sets:
     """Draw all training sets there are."""
     sizes = {**profile.sizes}
-    some = profile.some_sizes + profile.sweep_sizes
+    some = profile.some_sizes + profile.few_sizes + profile.sweep_sizes
     sizes["even"] = tuple(sorted({*sizes.get("even", ()), *some}))
     return {
         (design, n_samples): draw_samples(
@@ -104,9 +121,11 @@ def sets_of(name: str, profile: Profile, sets: Sets) -> Sets:
     if kind == "even":
         wanted = {("even", n) for n in profile.sizes.get("even", ())}
         return {key: some for key, some in sets.items() if key in wanted}
-    sizes, most = profile.some_sizes, profile.some_repetitions
-    if kind == "sweep":
-        sizes, most = profile.sweep_sizes, profile.sweep_repetitions
+    sizes, most = {
+        "some": (profile.some_sizes, profile.some_repetitions),
+        "few": (profile.few_sizes, profile.few_repetitions),
+        "sweep": (profile.sweep_sizes, profile.sweep_repetitions),
+    }[kind]
     return {("even", n): sets["even", n][:most] for n in sizes}
 
 
@@ -233,7 +252,9 @@ def _about(
     own = sets_of(name, effort, sets).items()
     drawn = [[*key, *np.array(some).tolist()] for key, some in own]
     digest = hashlib.sha256(json.dumps(drawn).encode())
-    digest.update(identify_module("msc.study._measure").encode())
+    method = build_method(name, seed=seed, workspace=where)
+    measure = "_plans" if hasattr(method, "plan") else "_measure"
+    digest.update(identify_module(f"msc.study.{measure}").encode())
     return {
         "method": name,
         "world": world,
@@ -241,7 +262,7 @@ def _about(
         "seed": seed,
         "tables": {table.name: checksum(table) for table in tables},
         "protocol": digest.hexdigest(),
-        "code": identify_estimator(build_method(name, seed=seed, workspace=where)),
+        "code": identify_estimator(method),
         "versions": {package: metadata.version(package) for package in _PACKAGES},
     }
 
@@ -262,11 +283,17 @@ def _fit_and_test(
     seed: int,
 ) -> dict[str, NDArray[Any]] | str:
     """Fit and test on one training set, in a worker; or tell why it failed."""
-    where, (grid, _) = Workspace.named(world), datasets
+    where, (grid, test) = Workspace.named(world), datasets
     known = grid.tasks[chosen], grid.policies[chosen], grid.table["cost"][chosen]
     try:
-        fitted = fit_methods(*known, names=[name], seed=seed, workspace=where)
-        return measure_method(name, fitted[name], where, datasets, chosen)
+        method = fit_methods(*known, names=[name], seed=seed, workspace=where)[name]
+        if hasattr(method, "plan"):
+            found = measure_plans(method, where, test)
+        else:
+            found = measure_method(name, method, where, datasets, chosen)
+        if hasattr(method, "n_rollouts_"):
+            found["n_rollouts"] = np.array(method.n_rollouts_)
+        return found
     except Exception as error:  # whatever a method of others raises
         return f"{type(error).__name__}: {error}"
 
@@ -324,11 +351,20 @@ def _summarise(
             cells.append({**of, **summarise_cell(found, away, weights)})
     failed = {name: one.about["failed"] for name, one in known.items()}
     sweep.sort(key=lambda one: (one["n_charts"], one["n_samples"]))
+    spent = {name: _rollouts(trials) for name, trials in known.items()}
     return {
+        "rollouts": {name: number for name, number in spent.items() if number},
         "failed": {name: why for name, why in failed.items() if why},
         "cells": cells,
         "sweep": sweep,
     }
+
+
+def _rollouts(trials: Trials) -> float:
+    """Average how many rollouts a method spent on a training set."""
+    ends = "/n_rollouts"
+    spent = [own for key, own in trials.errors.items() if key.endswith(ends)]
+    return float(np.concatenate(spent).mean()) if spent else 0.0
 
 
 def run_elbows(

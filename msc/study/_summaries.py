@@ -153,6 +153,7 @@ class Study(TypedDict):
     n_charts: int
     provenance: Provenance
     failed: dict[str, dict[str, str]]  # by method, by "design/n_samples/set": why
+    rollouts: dict[str, float]  # of its own, by method: their mean over training sets
     cells: list[Cell]
     sweep: list[SweepCell]
 
@@ -186,7 +187,11 @@ def summarise_cell(
         counted = weights * sides[measure.side]
         if not counted.any():
             continue
-        values = {name: _take(raw, measure) for name, raw in found.items()}
+        values = {
+            name: _take(raw, measure)
+            for name, raw in found.items()
+            if measure.raw in raw or "mse" in raw  # a planner has no errors of policies
+        }
         measures[key] = {
             name: _summarise(errors, counted, measure)
             for name, errors in values.items()

@@ -14,7 +14,9 @@ With rollouts of their own, which they count: `n_rollouts_`
     `PractisedCrKR`; `PractisedMixture`; `MultiTaskSearch`; `ContextualSearch`; and, as
     the start of a search, `MappedMovement`
 How hyper-parameters are chosen
-    `tune`, by `RANGES`, `N_TRIALS` and `N_FOLDS`
+    `tune`, by `RANGES`, `N_TRIALS` and `N_FOLDS`; of those with rollouts
+    `ChosenByTrial`, by `SETTINGS` and `N_CHECKS`, with the budgets `PRACTICE` and
+    `SEARCH`: `practising_method`
 """
 
 from typing import TYPE_CHECKING
@@ -22,6 +24,14 @@ from typing import TYPE_CHECKING
 from press import face
 
 if TYPE_CHECKING:
+    from msc.study.rivals._by_trial import (
+        N_CHECKS,
+        PRACTICE,
+        SEARCH,
+        SETTINGS,
+        ChosenByTrial,
+        practising_method,
+    )
     from msc.study.rivals._changepoints import ChangePointProcess
     from msc.study.rivals._components import NeighbourComponents, isomap_skill
     from msc.study.rivals._constant import zero_policy
