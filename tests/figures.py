@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
+from imagined import imagine_controls
 
 import msc.plots._search
 from msc import SMCE, Arm, Workspace, load_dataset
@@ -23,14 +24,18 @@ from msc.plots import (
     plot_fits,
     plot_followed,
     plot_generations,
+    plot_kernels,
+    plot_ladder,
     plot_manifold,
     plot_other_coverage,
     plot_poses,
+    plot_projection,
     plot_quality,
     plot_reconstruction,
     plot_rivals,
     plot_rollouts_spent,
     plot_sample_sizes,
+    plot_stops,
     plot_sweep,
     plot_tasks,
     plot_weights,
@@ -44,7 +49,7 @@ from msc.plots import (
 )
 from msc.plots._graph import plot_graph
 from msc.search import SearchOptions, record_search
-from msc.study import Experiment
+from msc.study import METHODS, Experiment
 
 NAMES = ("without obstacles", "with obstacles")
 
@@ -136,6 +141,13 @@ def reconstruction():
     return plot_reconstruction(points, smce, 29)
 
 
+def controls():
+    """Return studies of all methods, each with means of its own, over decades."""
+    names = [name for name in METHODS if METHODS[name].sets != "sweep"]
+    means = dict(zip(names, np.geomspace(1e-3, 1e3, len(names)), strict=True))
+    return [imagine_controls(world, means) for world in ("free", "obstacles")]
+
+
 def charts():
     found = experiment()
     X, y = found.tasks[found.chosen], found.policies[found.chosen]
@@ -184,4 +196,8 @@ FIGURES = {
         slide_regularization(*curves()[:2], [0, 10], first=1).poster
     ),
     slide_charts: charts,
+    plot_stops: lambda: plot_stops(experiment(), ["charts", "single regression"]),
+    plot_kernels: lambda: plot_kernels(*controls()),
+    plot_ladder: lambda: plot_ladder(*controls()),
+    plot_projection: lambda: plot_projection(*controls()),
 }

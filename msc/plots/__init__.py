@@ -25,6 +25,8 @@ above, tasks in degrees.
   `slide_execution`, `slide_predictions`, `WEIGHT_NAMES`: skills, and what they predict
 - `plot_sample_sizes`, `plot_sweep`, `comparison_table`, `ratio_table`, `kernel_table`,
   `sets_table`, `gate_shares`, `METHOD_STYLES`: methods against each other
+- `plot_stops`, `planned_stops`, `plot_kernels`, `plot_ladder`, `rung`,
+  `plot_projection`, `projected_methods`: what kernels, charts, gates and ends decide
 - `load_benchmark`, `plot_benchmark`, `plot_fits`, `benchmark_table`, `ROLLOUT_LIMIT`:
   time, memory
 - `plot_coverage`, `plot_other_coverage`, `coverage_table`, `GOOD_COVERAGE`: how sure
@@ -37,6 +39,13 @@ from press import face
 
 if TYPE_CHECKING:
     from msc.plots._arm import plot_followed, plot_poses, plot_weights, slide_weight
+    from msc.plots._controls import (
+        plot_kernels,
+        plot_ladder,
+        plot_projection,
+        projected_methods,
+        rung,
+    )
     from msc.plots._coverage import (
         GOOD_COVERAGE,
         coverage_table,

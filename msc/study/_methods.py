@@ -16,6 +16,7 @@ from msc._checks import validate_cost
 from msc.study._ladder import build_ladder
 from msc.study._ours import build_skill
 from msc.study._setting import Setting
+from msc.study._trial_gate import BY_TRIAL, build_by_trial
 from msc.study.rivals import (
     ConditionedProMP,
     CrKR,
@@ -106,6 +107,10 @@ METHODS = {
         if charts + gate != "SMCE"  # it is "charts, one kernel"
     },
     **{
+        f"ladder: {charts}{BY_TRIAL}": Method(build_by_trial, "ladder", "even")
+        for charts in ("SMCE", "linkage", "pieces")
+    },
+    **{
         f"{count} {'chart' if count == 1 else 'charts'}": Method(
             build_skill, "number of charts", "sweep"
         )
@@ -143,7 +148,8 @@ def build_method(name: str, **how: Any) -> Any:
         - "3 charts": `ParameterizedSkill` on so many charts of `SMCE`;
         - "ladder: …": with one kernel, on charts by SMCE or single linkage, or the true
           pieces between jumps; with the best gate of several, one that abstains, or
-          the true chart;
+          the true chart; or with a gate that executes two charts' policies and keeps
+          the cheaper, see `TriedSkill`;
         - all others: see `msc.study.rivals`.
     **how : dict
         `n_charts`, `seed` and `workspace`, see `Setting`.
