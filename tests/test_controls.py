@@ -6,6 +6,8 @@ from figures import controls
 from imagined import imagine_controls
 
 from msc.plots import (
+    count_wins,
+    means_by_size,
     plot_kernels,
     plot_ladder,
     plot_projection,
@@ -89,6 +91,27 @@ def test_what_failed_leaves_a_gap(plot):
     axis = plot(found, measures=["error_cm"]).axes[0]
     name = "charts, one kernel" if plot is plot_kernels else "nearest task"
     assert np.isnan(lines(axis)[name].get_ydata()).tolist() == [False, True, False]
+
+
+def test_means_are_those_of_evenly_spaced_sets():
+    found = study({"charts": 6.0, "CrKr": 3.0})
+    found["cells"][2]["measures"]["error_cm"]["CrKr"]["mean"] = None
+    found["cells"].append({**found["cells"][0], "design": "uniform", "n_samples": 8})
+    table = means_by_size(found, "error_cm")
+    assert table.columns.tolist() == [*SIZES]
+    np.testing.assert_allclose(table.loc["charts"], 6 / np.array(SIZES))
+    assert table.loc["CrKr"].isna().tolist() == [False, False, True]
+
+
+def test_a_set_is_won_by_who_errs_less_and_a_tie_by_nobody():
+    found = study({"charts": 6.0, "CrKr": 3.0})
+    for cell in found["cells"][:2]:
+        cell["measures"]["error_cm"]["charts"]["per_repetition"] = [1, 2, 3, 4]
+        cell["measures"]["error_cm"]["CrKr"]["per_repetition"] = [2, 2, 4, 3]
+    del found["cells"][2]["measures"]["error_cm"]["CrKr"]
+    table = count_wins(found, "error_cm", "charts", "CrKr")
+    assert table.index.tolist() == [12, 24]
+    assert table.iloc[0].tolist() == [2, 4, 2]
 
 
 # Projection

@@ -26,7 +26,8 @@ above, tasks in degrees.
 - `plot_sample_sizes`, `plot_sweep`, `comparison_table`, `ratio_table`, `kernel_table`,
   `sets_table`, `gate_shares`, `METHOD_STYLES`: methods against each other
 - `plot_stops`, `planned_stops`, `plot_kernels`, `plot_ladder`, `rung`,
-  `plot_projection`, `projected_methods`: what kernels, charts, gates and ends decide
+  `plot_projection`, `projected_methods`, `means_by_size`, `count_wins`: what kernels,
+  charts, gates and ends decide
 - `load_benchmark`, `plot_benchmark`, `plot_fits`, `benchmark_table`, `ROLLOUT_LIMIT`:
   time, memory
 - `plot_coverage`, `plot_other_coverage`, `coverage_table`, `GOOD_COVERAGE`: how sure
@@ -40,6 +41,8 @@ from press import face
 if TYPE_CHECKING:
     from msc.plots._arm import plot_followed, plot_poses, plot_weights, slide_weight
     from msc.plots._controls import (
+        count_wins,
+        means_by_size,
         plot_kernels,
         plot_ladder,
         plot_projection,

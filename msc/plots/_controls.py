@@ -11,6 +11,7 @@ from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
+import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator, PercentFormatter
@@ -214,6 +215,65 @@ def projected_methods(study: Stored) -> list[str]:
     found = find_cell(study, "even", 24)["measures"]["excess_cost"]
     names = [name for name in found if name + PROJECTED in found]
     return sorted(names, key=lambda name: _mean(found[name]))
+
+
+def means_by_size(study: Stored, measure: str) -> pd.DataFrame:
+    """List the means of all methods on evenly spaced sets.
+
+    Parameters
+    ----------
+    study : dict
+        Results of `msc.study.run_study`.
+    measure : str
+        A key of `MEASURES`.
+
+    Returns
+    -------
+    DataFrame
+        One row a method, one column a number of training tasks; NaN where a method was
+        not tried, or could not be fitted.
+    """
+    columns = {
+        cell["n_samples"]: {
+            name: _mean(one) for name, one in cell["measures"][measure].items()
+        }
+        for cell in _even(study)
+    }
+    return pd.DataFrame(columns).rename_axis(columns="training tasks")
+
+
+def count_wins(study: Stored, measure: str, method: str, baseline: str) -> pd.DataFrame:
+    """Count the evenly spaced training sets on which a method errs less than another.
+
+    Parameters
+    ----------
+    study : dict
+        Results of `msc.study.run_study`.
+    measure : str
+        A key of `MEASURES`.
+    method, baseline : str
+        The two, tried on the same sets.
+
+    Returns
+    -------
+    DataFrame
+        One row a number of training tasks that both were tried on: "ratio" of the means
+        over all sets, number of "sets", and of those "won".
+    """
+    rows = {}
+    for cell in _even(study):
+        found = cell["measures"][measure]
+        if {method, baseline} <= found.keys():
+            ours, theirs = (
+                np.array(found[name]["per_repetition"]) for name in (method, baseline)
+            )
+            rows[cell["n_samples"]] = {
+                "ratio": _mean(found[method]) / _mean(found[baseline]),
+                "sets": len(ours),
+                "won": int((ours < theirs).sum()),
+            }
+    table = pd.DataFrame.from_dict(rows, orient="index")
+    return table.rename_axis("training tasks")
 
 
 def _even(study: Stored) -> list[Stored]:

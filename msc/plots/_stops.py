@@ -65,6 +65,7 @@ def plot_stops(experiment: Experiment, names: Sequence[str]) -> Figure:
         axis.plot(*stops.T, "x", ms=3, color=colour)
         axis.set(aspect="equal", xticks=[], yticks=[])
         axis.grid(visible=False)
+        axis.spines[:].set_visible(False)
         axis.set_title(name, loc="left", fontsize=SMALL)
         axis.set_xlabel(f"{missed.mean():.2g} cm beside the goal", fontsize=SMALL)
     return figure
