@@ -17,7 +17,7 @@ from msc.study._ladder import (
 )
 from msc.study._measure import known_charts, measure_method
 from msc.study._methods import METHODS
-from msc.study._trial_gate import TriedSkill
+from msc.study.rivals import TriedSkill
 
 tasks = np.linspace(0.1, 6.1, 31)[:, None]
 policies = np.hstack([np.sin(tasks), np.cos(tasks)]) + 5 * (tasks > 3.05)

@@ -14,6 +14,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator, PercentFormatter
 from numpy.typing import NDArray
 
@@ -357,7 +358,7 @@ def _move(
 def _explain(figure: Figure, axes: NDArray[Any]) -> None:
     """Put the legend of projections where a panel is left out, or else below all."""
     ways = [
-        plt.Line2D([], [], color="0.3", marker="o", ls="", mfc=fill, label=label)
+        Line2D([], [], color="0.3", marker="o", ls="", mfc=fill, label=label)
         for fill, label in (("white", "plain"), ("0.3", "projected"))
     ]
     handles = [*ways, *axes[0, 0].get_legend_handles_labels()[0]]

@@ -16,7 +16,6 @@ from msc._checks import validate_cost
 from msc.study._ladder import build_ladder
 from msc.study._ours import build_skill
 from msc.study._setting import Setting
-from msc.study._trial_gate import BY_TRIAL, build_by_trial
 from msc.study.rivals import (
     ConditionedProMP,
     CrKR,
@@ -25,6 +24,7 @@ from msc.study.rivals import (
     InvertedSweep,
     MappedMovement,
     MovementMixture,
+    TriedSkill,
     isomap_skill,
     todays_method,
     tune,
@@ -58,6 +58,14 @@ def _projected(to: Setting) -> Any:
     base = to.name.removesuffix(", projected")
     return GoalProjected(METHODS[base].build(replace(to, name=base)))
 
+
+def _tried(to: Setting) -> Any:
+    """Have a rung of the ladder try two charts."""
+    base = to.name.removesuffix(BY_TRIAL)
+    return TriedSkill(build_ladder(replace(to, name=base)), to.workspace)
+
+
+BY_TRIAL = ", by trial"
 
 METHODS = {
     "charts": Method(build_skill, "paper", "all"),
@@ -107,7 +115,7 @@ METHODS = {
         if charts + gate != "SMCE"  # it is "charts, one kernel"
     },
     **{
-        f"ladder: {charts}{BY_TRIAL}": Method(build_by_trial, "ladder", "even")
+        f"ladder: {charts}{BY_TRIAL}": Method(_tried, "ladder", "even")
         for charts in ("SMCE", "linkage", "pieces")
     },
     **{

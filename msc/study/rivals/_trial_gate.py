@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
 from typing import Any, Self
 
 import numpy as np
@@ -12,19 +11,9 @@ from sklearn.utils.validation import check_is_fitted
 
 from msc._checks import validate_pairs, validate_points
 from msc.robot import Workspace
-from msc.study._ladder import build_ladder
-from msc.study._setting import Setting
 from msc.study.rivals._trials import Execute, Trials
 
 Array = NDArray[np.float64]
-
-BY_TRIAL = ", by trial"
-
-
-def build_by_trial(to: Setting) -> Any:
-    """Build a rung of the ladder whose gate tries."""
-    base = build_ladder(replace(to, name=to.name.removesuffix(BY_TRIAL)))
-    return TriedSkill(base, to.workspace)
 
 
 class TriedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: ignore[misc]
@@ -32,8 +21,9 @@ class TriedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: igno
 
     Parameters
     ----------
-    skill : ParameterizedSkill or PiecewiseSkill
-        What predicts.
+    skill : estimator
+        What predicts: one with `charts_`, and a `predict` that takes a `chart` for each
+        task, as `ParameterizedSkill` is.
     workspace : Workspace, optional
         Where to execute; by default ``Workspace.free()``.
     execute : callable, optional
@@ -61,6 +51,7 @@ class TriedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: igno
     >>> import numpy as np
     >>> from sklearn.cluster import KMeans
     >>> from msc import ParameterizedSkill
+    >>> from msc.study.rivals import TriedSkill
     >>> X = np.linspace(0, 6, 20)[:, np.newaxis]
     >>> def execute(policies, tasks):
     ...     return ((policies - (tasks > 3.1)) ** 2).sum(axis=1)
@@ -84,7 +75,20 @@ class TriedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: igno
         self.execute = execute
 
     def fit(self, X: Any, y: Any) -> Self:
-        """Fit the skill; nothing is executed."""
+        """Fit the skill; nothing is executed.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_tasks, n_task_params)
+            Tasks; of a workspace one angle (rad).
+        y : array-like of shape (n_tasks, n_params)
+            Policies.
+
+        Returns
+        -------
+        TriedSkill
+            The fitted skill.
+        """
         X, y = validate_pairs(self, X, y)
         self._trials = Trials(self.workspace, self.execute, None)
         self.skill_ = clone(self.skill).fit(X, y)
@@ -93,7 +97,19 @@ class TriedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: igno
         return self
 
     def predict(self, X: Any) -> Array:
-        """Predict by the two charts whose training tasks are nearest, and try both."""
+        """Predict by the two charts whose training tasks are nearest, and try both.
+
+        Parameters
+        ----------
+        X : array-like of shape (n_tasks, n_task_params)
+            Tasks.
+
+        Returns
+        -------
+        ndarray of shape (n_tasks, n_params)
+            Of each task's two policies the cheaper; of equally cheap ones that of the
+            nearest task's chart.
+        """
         check_is_fitted(self)
         X = validate_points(self, X, reset=False)
         charts = np.unique(self.charts_)
