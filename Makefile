@@ -98,8 +98,9 @@ results: $(STAMP) ## compare all methods again and judge the claims (takes its t
 	$(BIN) -m msc evaluate --profile full --jobs $(JOBS)
 	$(BIN) -m msc claims --out data/results/claims.json --readme README.md
 
-bench: $(STAMP) ## measure the speed of each part against a reference
+bench: $(STAMP) ## measure the speed of each part against a reference, and of all methods
 	@$(BIN) benchmarks/bench.py
+	@$(BIN) benchmarks/methods.py
 
 lock: $(STAMP) ## resolve requirements.in anew into requirements.txt
 	@CUSTOM_COMPILE_COMMAND="make lock" $(BIN) -m piptools compile --quiet \

@@ -23,7 +23,7 @@ from scipy.special import stdtrit
 from tqdm import tqdm
 
 from msc.data import describe_origin, find_data, load_dataset
-from msc.estimates import N_WAVES, WIDER, Average, _variance
+from msc.estimates import N_WAVES, WIDER, Average, _find_waves, _half_width_of
 from msc.study import MEASURES, Experiment, draw_samples, format_study
 
 Array = NDArray[np.float64]
@@ -251,10 +251,11 @@ class Waves:
         self._n_waves = n_waves
 
     def __call__(self, pair: Pair) -> tuple[float, float]:
-        ours, theirs = (Average(one, pair.weights) for one in pair.errors)
-        apart = ours._influence / ours.value - theirs._influence / theirs.value
-        variance, freedom = _variance(apart, ours._shares, self._n_waves)
-        half = float(stdtrit(freedom, 0.975) * np.sqrt(variance))
+        shares = pair.weights / pair.weights.sum()
+        ours, theirs = (one / np.mean(one @ shares) for one in pair.errors)
+        waves = _find_waves(np.mean(ours - theirs, axis=0), shares, self._n_waves)
+        n_tasks = int(np.count_nonzero(shares))
+        half = _half_width_of(waves, n_tasks, [(ours - theirs) @ shares], wider=1)
         return half, half
 
 
@@ -370,6 +371,22 @@ def simulate(
     }
 
 
+def try_means(
+    condition: Condition, n_studies: int, seed: list[int]
+) -> dict[str, float]:
+    """Tell how often the interval of a single mean holds the truth, and its length."""
+    spreads = vars(condition.scatter)
+    true = np.exp(sum(spreads[key] ** 2 for key in ("sets", "tasks", "rest")) / 2)
+    pairs = draw_pairs(condition, n_studies, np.random.default_rng(seed))
+    found = [Average(pair.errors[1], pair.weights).estimate for pair in pairs]
+    low, high = np.array([one.bounds for one in found]).T
+    return {
+        "sets": condition.n_sets,
+        "coverage": round(float(np.mean((low <= true) & (true <= high))), 4),
+        "length": float(f"{np.median(high / low):.4g}"),
+    }
+
+
 def main(path: Path) -> None:
     """Measure, simulate and write."""
     measured = measure_scatter()
@@ -388,6 +405,10 @@ def main(path: Path) -> None:
         ),
         "scatter": {name: vars(one) for name, one in (measured | drawn).items()},
         **simulate(measured),
+        "means": [
+            try_means(replace(usual, n_sets=n), N_STUDIES, [SEED, 2, n])
+            for n in (10, 15)
+        ],
     }
     path.write_text(format_study(found), "utf-8")
     table = pd.DataFrame(found["main"])

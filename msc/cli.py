@@ -7,6 +7,7 @@ study, the claims) is loaded by the faces `msc.search`, … when a command asks 
 """
 
 import argparse
+import json
 import re
 import sys
 from collections.abc import Sequence
@@ -321,8 +322,9 @@ def _run_evaluate(options: argparse.Namespace) -> None:
         study = msc.study.run_study(world, folder, names=wanted, **what)
         _tell_results(folder / f"study_{world}.json", study)
         if wanted is None:
-            found = msc.study.run_elbows(world, **what)
-            _tell_results(folder / f"elbow_{world}.json", found)
+            out = folder / f"elbow_{world}.json"
+            known = json.loads(out.read_text("utf-8")) if out.is_file() else None
+            _tell_results(out, msc.study.run_elbows(world, known=known, **what))
 
 
 def _add_savings(commands: Commands) -> None:

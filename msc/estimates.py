@@ -8,13 +8,13 @@ what becomes of intervals that are combined.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, Self
 
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
-from scipy.special import expit, logit, ndtri, stdtrit
+from scipy.special import expit, logit, stdtrit
 
 # Settled by `benchmarks/coverage.py`:
 N_WAVES = 2  # lowest frequencies round the circle that tell how tasks vary
@@ -39,6 +39,11 @@ class Estimate:
         Which of several numbers it is, as "n = 24", or what was measured.
     baseline : str
         Of a ratio: the method whose errors it is a multiple of.
+    note : str
+        What else is to be said of it, as on how many training sets it is below one.
+    of : Average, optional
+        Of a mean: what it was averaged of. A quotient of two such is that of errors on
+        the same test tasks.
     """
 
     value: float
@@ -46,6 +51,8 @@ class Estimate:
     high: float | None = None
     label: str = ""
     baseline: str = ""
+    note: str = ""
+    of: Average | None = field(default=None, compare=False)
 
     @classmethod
     def read(cls, stored: Mapping[str, Any], name: str) -> Self:
@@ -168,6 +175,12 @@ def compare(
         if name not in errors:
             known = [*errors]
             raise ValueError(f"no errors of {name!r}; there are those of {known}")
+    shape, its = np.shape(errors[method]), np.shape(errors[baseline])
+    if shape != its:
+        raise ValueError(
+            f"errors of {method!r} have shape {shape}, of {baseline!r} {its}; wanted "
+            "the same training sets and test tasks"
+        )
     top, bottom = (
         Average(errors[name], weights, spread=spread) for name in (method, baseline)
     )
@@ -194,6 +207,10 @@ class Average:
         The mean, or standard deviation, of each training set.
     value : float
         Their mean.
+    n_tasks : int
+        Test tasks that count.
+    waves : ndarray of shape (N_WAVES,), complex
+        The slowest waves, round the circle, in what test tasks make of the value.
 
     Raises
     ------
@@ -262,40 +279,77 @@ class Average:
         self._is_share = values.dtype == bool
         values = values.astype(float)
         self._is_signed = not spread and bool((values < 0).any())
-        self._shares = _check_weights(weights, values.shape[1])
-        self.per_set = values @ self._shares
+        shares = _check_weights(weights, values.shape[1])
+        self.n_tasks = int(np.count_nonzero(shares))
+        self.per_set = values @ shares
         apart = values - self.per_set[:, None]
         if spread:
-            n_counted = int(np.count_nonzero(self._shares))
-            squares = apart**2 * n_counted / max(1, n_counted - 1)
-            self.per_set = np.sqrt(squares @ self._shares)
+            squares = apart**2 * self.n_tasks / max(1, self.n_tasks - 1)
+            self.per_set = np.sqrt(squares @ shares)
             # What a square adds to a variance, its root feels by half, over itself.
             own = np.where(self.per_set > 0, self.per_set, np.inf)[:, None]
             apart = (squares - self.per_set[:, None] ** 2) / (2 * own)
         self.value = float(self.per_set.mean())
-        self._influence = apart + self.per_set[:, None] - self.value
+        self.waves = _find_waves(apart.mean(axis=0), shares)
+
+    @classmethod
+    def read(cls, stored: Mapping[str, Any]) -> Self:
+        """Read what `stored` wrote.
+
+        Parameters
+        ----------
+        stored : mapping
+            Plain data.
+
+        Returns
+        -------
+        Average
+            The same, to six digits; it can be divided.
+        """
+        found = cls(np.atleast_2d(stored["per_repetition"]).T)
+        found.value, found.n_tasks = stored["mean"], stored["n_tasks"]
+        found.waves = np.array(stored["waves"], float).view(complex)
+        return found
+
+    def stored(self) -> dict[str, Any]:
+        """Write it as plain data, see `six_digits`.
+
+        Returns
+        -------
+        dict
+            "mean", "low" and "high"; and what it takes to divide it by another:
+            "n_tasks", "per_repetition" and "waves".
+        """
+        parts = self.waves.view(float)
+        return {
+            **self.estimate.stored("mean"),
+            "n_tasks": self.n_tasks,
+            "per_repetition": [six_digits(value) for value in self.per_set],
+            "waves": [six_digits(value) for value in parts],
+        }
 
     @property
     def estimate(self) -> Estimate:
         """The average with its 95 % interval."""
         value = self.value
         if self._is_share and 0 < value < 1:
-            half = self._half_width(self._influence / (value * (1 - value)))
+            half = self._half_width(value * (1 - value))
             low, high = (float(expit(logit(value) + step)) for step in (-half, half))
         elif self._is_signed or not value > 0:
-            half = self._half_width(self._influence)
+            half = self._half_width()
             low, high = value - half, value + half
         else:
-            low, high = self._around(value, self._influence / value)
+            low, high = _around(value, self._half_width(value))
         return Estimate(value, low, high)
 
     def over(self, other: Average) -> Estimate:
-        """Divide by another average, of the same training sets and test tasks.
+        """Divide by another average over the same test tasks, with the same weights.
 
         Parameters
         ----------
         other : Average
-            What to divide by, with the same weights.
+            What to divide by. If it has as many training sets, they are taken to be the
+            same ones; otherwise to be others.
 
         Returns
         -------
@@ -306,30 +360,34 @@ class Average:
         Raises
         ------
         ValueError
-            If the other is of errors of another shape.
+            If the other is over another number of test tasks.
         """
-        shape, its = self._influence.shape, other._influence.shape
-        if shape != its:
+        if self.n_tasks != other.n_tasks:
             raise ValueError(
-                f"errors have shape {shape}, those to divide by {its}; wanted the same "
-                "training sets and test tasks"
+                f"averages over {self.n_tasks} and {other.n_tasks} test tasks; wanted "
+                "the same test tasks"
             )
         if not min(self.value, other.value) > 0:
             value = self.value / other.value if other.value else np.nan
             return Estimate(value, -np.inf, np.inf)
+        ours, theirs = (one.per_set / one.value for one in (self, other))
+        are_paired = len(ours) == len(theirs)
+        sets = [ours - theirs] if are_paired else [ours, theirs]
+        waves = self.waves / self.value - other.waves / other.value
         ratio = self.value / other.value
-        apart = self._influence / self.value - other._influence / other.value
-        return Estimate(ratio, *self._around(ratio, apart))
+        return Estimate(
+            ratio, *_around(ratio, _half_width_of(waves, self.n_tasks, sets))
+        )
 
-    def _around(self, value: float, influence: Array) -> tuple[float, float]:
-        """Return bounds of a positive number, from influences on its logarithm."""
-        half = min(self._half_width(influence), _MOST)
-        return value * float(np.exp(-half)), value * float(np.exp(half))
+    def _half_width(self, unit: float = 1.0) -> float:
+        """Return half the length of the interval, in a unit."""
+        return _half_width_of(self.waves / unit, self.n_tasks, [self.per_set / unit])
 
-    def _half_width(self, influence: Array) -> float:
-        """Return half the length of the interval."""
-        variance, freedom = _variance(influence, self._shares)
-        return float(WIDER * stdtrit(freedom, 0.975) * np.sqrt(variance))
+
+def _around(value: float, half: float) -> tuple[float, float]:
+    """Return bounds of a positive number, from those of its logarithm."""
+    factor = float(np.exp(min(half, _MOST)))
+    return value / factor, value * factor
 
 
 def _check_weights(weights: ArrayLike | None, n_tasks: int) -> Array:
@@ -348,25 +406,33 @@ def _check_weights(weights: ArrayLike | None, n_tasks: int) -> Array:
     return shares
 
 
-def _variance(
-    influence: Array, shares: Array, n_waves: int = N_WAVES
-) -> tuple[float, float]:
-    """Return the variance of an average, and its degrees of freedom."""
-    n_sets, n_counted = len(influence), int(np.count_nonzero(shares))
+def _find_waves(values: Array, shares: Array, n_waves: int = N_WAVES) -> Array:
+    """Find the slowest waves in values round the circle, whose mean does not count."""
+    n_counted = int(np.count_nonzero(shares))
+    numbers = np.arange(1, min(n_waves, n_counted // 2) + 1)
+    angles = 2 * np.pi * (np.cumsum(shares) - shares / 2)
+    centred = (values - values @ shares) * shares
+    found: Array = np.exp(1j * np.outer(numbers, angles)) @ centred
+    return found
+
+
+def _half_width_of(
+    waves: Array, n_tasks: int, sets: Sequence[Array], wider: float = WIDER
+) -> float:
+    """Return half the length of an interval, of waves and of independent sets."""
     variances, freedoms = [0.0], [1]
-    if n_counted > 1:
-        waves = np.arange(1, min(n_waves, n_counted // 2) + 1)
-        angles = 2 * np.pi * (np.cumsum(shares) - shares / 2)
-        found = np.exp(1j * np.outer(waves, angles)) @ (influence.mean(axis=0) * shares)
-        variances.append(float(np.mean(np.abs(found) ** 2)))
-        freedoms.append(min(2 * len(waves), n_counted - 1))
-    if n_sets > 1:
-        variances.append(float((influence @ shares).var(ddof=1) / n_sets))
-        freedoms.append(n_sets - 1)
+    if len(waves):
+        variances.append(float(np.mean(np.abs(waves) ** 2)))
+        freedoms.append(min(2 * len(waves), n_tasks - 1))
+    for values in sets:
+        if len(values) > 1:
+            variances.append(float(values.var(ddof=1) / len(values)))
+            freedoms.append(len(values) - 1)
     total = float(np.sum(variances))
     # Satterthwaite's: variances of variances add up.
     weight = float(np.sum(np.square(variances) / freedoms))
-    return total, total**2 / weight if weight else 1.0
+    freedom = total**2 / weight if weight else 1.0
+    return float(wider * stdtrit(freedom, 0.975) * np.sqrt(total))
 
 
 def quotient(top: Estimate, bottom: Estimate) -> Estimate:
@@ -494,20 +560,21 @@ def bonferroni(estimate: Estimate, n_looks: int) -> Estimate:
     -------
     Estimate
         The same number. All of `n_looks` such intervals together miss with 5 %, by
-        Bonferroni's inequality and as if they were normal (their logarithms, if all
-        is positive).
+        Bonferroni's inequality and as if they (their logarithms, if all is positive)
+        were of Student's t with as many degrees of freedom as the waves of an
+        `Average` have.
 
     Examples
     --------
     >>> print(bonferroni(Estimate(1.0, 0.5, 2.0), 20))
-    1 [0.343, 2.91]
+    1 [0.202, 4.94]
     """
     if estimate.low is None:
         return estimate
     is_positive = min(estimate.value, *estimate.bounds) > 0
     scaled = _mapped(np.log, estimate) if is_positive else estimate
-    # Each misses with 5 % / n_looks: the interval grows as the normal's quantile does.
-    factor = ndtri(1 - 0.025 / n_looks) / ndtri(1 - 0.025)
+    # Each misses with 5 % / n_looks: the interval grows as the quantile does.
+    factor = stdtrit(2 * N_WAVES, 1 - 0.025 / n_looks) / stdtrit(2 * N_WAVES, 0.975)
     low, high = (
         float(scaled.value + factor * (bound - scaled.value)) for bound in scaled.bounds
     )

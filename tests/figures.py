@@ -12,6 +12,7 @@ from msc.plots import (
     METHOD_STYLES,
     Movements,
     load_benchmark,
+    load_times,
     plot_affinity,
     plot_benchmark,
     plot_breaks,
@@ -26,11 +27,13 @@ from msc.plots import (
     plot_generations,
     plot_kernels,
     plot_ladder,
+    plot_leaderboard,
     plot_manifold,
     plot_other_coverage,
     plot_poses,
     plot_projection,
     plot_quality,
+    plot_ranks,
     plot_reconstruction,
     plot_rivals,
     plot_rollouts_spent,
@@ -38,6 +41,7 @@ from msc.plots import (
     plot_stops,
     plot_sweep,
     plot_tasks,
+    plot_times,
     plot_weights,
     plot_workspaces,
     slide_charts,
@@ -49,7 +53,7 @@ from msc.plots import (
 )
 from msc.plots._graph import plot_graph
 from msc.search import SearchOptions, record_search
-from msc.study import METHODS, Experiment
+from msc.study import METHODS, Experiment, Ranks
 
 NAMES = ("without obstacles", "with obstacles")
 
@@ -154,6 +158,11 @@ def charts():
     return slide_charts(X, y, 1).poster
 
 
+def ranks():
+    means = pd.Series(np.linspace(2, 28, 30), index=[*METHODS][:30])
+    return Ranks(means, 16, 10.8, 0.0, 0.0, {[*METHODS][30]: "no results in 'free'"})
+
+
 FIGURES = {
     plot_workspaces: lambda: plot_workspaces(Workspace.free(), Workspace.obstacles()),
     plot_manifold: lambda: plot_manifold(experiment(), range(6)),
@@ -172,6 +181,9 @@ FIGURES = {
     plot_benchmark: lambda: plot_benchmark(load_benchmark()),
     plot_fits: lambda: plot_fits(load_benchmark()),
     plot_composition: composition,
+    plot_leaderboard: lambda: plot_leaderboard(*load_results("study_obstacles")),
+    plot_ranks: lambda: plot_ranks(ranks()),
+    plot_times: lambda: plot_times(load_times()),
     plot_coverage: lambda: plot_coverage(*load_results("coverage")),
     plot_other_coverage: lambda: plot_other_coverage(*load_results("coverage")),
     plot_sample_sizes: lambda: plot_sample_sizes(

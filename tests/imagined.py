@@ -16,6 +16,7 @@ CURVES = (
     "eigengap",
     "cross_validation",
 )
+KERNELS = ("Matérn", "one kernel")
 METHODS = ("charts", "single regression", "CrKr", "mean policy")
 
 # By measure, whether the paper is right, and workspace: a mean for each method.
@@ -80,9 +81,10 @@ def imagine_study(right, world):
                 if baseline != "charts" and MEASURES[measure].has_ratio
             ]
             + [
-                {"measure": measure, "method": "charts, Matérn"}
-                | {"baseline": "single, Matérn"}
+                {"measure": measure, "method": f"charts, {kernel}"}
+                | {"baseline": f"single, {kernel}"}
                 | near(0.5 if right else 2, "ratio")
+                for kernel in KERNELS
                 for measure in measures
                 if MEASURES[measure].has_ratio
             ],
@@ -90,6 +92,11 @@ def imagine_study(right, world):
         for design in ("even", "uniform")
         for size in SIZES
     ]
+    for cell in cells:
+        for by_method in cell["measures"].values():
+            for kernel in KERNELS:
+                by_method[f"charts, {kernel}"] = summary(0.5 if right else 2)
+                by_method[f"single, {kernel}"] = summary(1)
     sweep = [
         {
             "n_charts": n_charts,
@@ -164,7 +171,7 @@ def imagine_elbow(right):
 def summary(mean):
     """Summarise errors that are all alike."""
     alike = dict.fromkeys(("median", "p95"), mean)
-    sizes = {"n_tasks": 120, "per_repetition": [mean, mean]}
+    sizes = {"n_tasks": 120, "per_repetition": [mean, mean], "waves": [0.0] * 4}
     return near(mean, "mean") | {"std": 0.0} | alike | sizes
 
 

@@ -65,9 +65,11 @@ def study(**cells):
                 "design": "even",
                 "n_samples": size,
                 "measures": {
-                    measure: {
-                        "charts": dict(zip(("mean", "low", "high"), at, strict=True))
-                    }
+                    measure: dict.fromkeys(
+                        ("charts", "single"),
+                        dict(zip(("mean", "low", "high"), at, strict=True))
+                        | {"n_tasks": 120, "per_repetition": [at[0]], "waves": [0, 1]},
+                    )
                     for measure, triples in cells.items()
                     if (at := triples.get(size))
                 },
@@ -279,13 +281,44 @@ def test_numbers_from_two_files_are_combined(verdict_on):
     sides = {"plus": means | {"file": OTHER}, "minus": means}
     found = verdict_on({"gap": {"difference": sides, "above": 5}}, results)
     assert found.findings[0].estimate.bounds == (4.0, 7.0)
+
+
+def test_a_quotient_of_means_of_the_same_tasks_knows_that_they_are(verdict_on):
+    results = study(
+        mse={24: (4.0, 1.0, 16.0), 50: (2.0, 1.0, 4.0), 72: (4.0, 1.0, 9.0)}
+    )
+    means = {"mean": "mse", "method": "charts"}
     every = {
         "top": means | {"n_samples": [24, 50]},
-        "bottom": means | {"n_samples": 50},
+        "bottom": means | {"n_samples": 72},
     }
     found = verdict_on({"stable": {"quotient": every, "below": 5}}, results)
     assert found.findings[0].estimate.label == "n = 24"
-    assert found.findings[0].estimate.bounds == (1.0, 4.0)
+    # The same errors at 24 and at 72: no doubt is left, wide as both intervals are.
+    assert found.findings[0].estimate.bounds == (1.0, 1.0)
+    half = {"half": {"quotient": every, "below": 0.9} | {"n_samples": 50}}
+    half["half"]["quotient"] = {"top": means, "bottom": means | {"n_samples": 72}}
+    low, high = verdict_on(half, results).findings[0].estimate.bounds
+    assert low < 0.5 < high
+
+
+def test_how_many_training_sets_agree_is_told(verdict_on):
+    results = study(mse={24: OPEN})
+    means = results["cells"][0]["measures"]["mse"]
+    means["charts"] = means["charts"] | {"per_repetition": [1, 2, 3, 4]}
+    means["single"] = means["single"] | {"per_repetition": [2, 3, 4]}
+    assert verdict_on({"ours": BELOW}, results).measured.endswith(
+        "× single, lower on 3 of 3 training sets"
+    )
+    again = verdict_on({"ours": BELOW}, study(mse={24: OPEN}))
+    assert again.measured.endswith("× single")  # a single set is no more than the ratio
+
+
+def test_a_mean_of_a_fit_that_failed_is_not_there(verdict_on):
+    results = study(mse={24: (1.0, 1.0, 1.0)})
+    results["cells"][0]["measures"]["mse"]["charts"] |= {"mean": None}
+    with pytest.raises(ValueError, match="has no mean: mse, design: even"):
+        verdict_on({"low": {"mean": "mse", "method": "charts", "below": 1}}, results)
 
 
 def test_the_elbow_must_pick_four_mostly(verdict_on):

@@ -63,6 +63,13 @@ def test_the_interval_covers_under_every_condition_that_it_must(found):
     assert rows["coverage"].between(*GOOD_COVERAGE).all()
 
 
+def test_a_mean_alone_is_covered_as_well_and_has_a_long_interval(found):
+    rows = pd.DataFrame(found["means"])
+    assert rows["sets"].tolist() == [10, 15]
+    assert rows["coverage"].between(*GOOD_COVERAGE).all()
+    assert rows["length"].between(50, 70).all()  # the protocol: fifty or more
+
+
 def test_every_interval_was_tried_as_it_is_and_stretched(found):
     rows = pd.DataFrame(found["main"])
     tried = {*zip(rows["interval"], rows["wider"], strict=True)}

@@ -2,6 +2,7 @@
 
 import json
 import math
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -17,6 +18,7 @@ from msc.study import (
     break_even,
     budgets,
     measure_savings,
+    run_savings,
     summarise_savings,
     time_searches,
 )
@@ -211,3 +213,22 @@ def test_a_perfect_prediction_is_there_with_the_first_rollout():
     assert found.loc[("zero", 1.05), "jump_start"] > 2
     with pytest.raises(ValueError, match="starts has 'from scratch'; wanted another"):
         measure_savings(world, few, {SCRATCH: policies[::60]}, seed=0)
+
+
+def test_a_world_s_savings_are_those_of_its_searches(monkeypatch):
+    monkeypatch.chdir(Path(__file__).parents[1])
+    for name, value in {
+        "SAVERS": ("nearest neighbour",),
+        "N_SETS": 2,
+        "EVERY": 60,
+    }.items():
+        monkeypatch.setattr(f"msc.study._savings.{name}", value)
+    found = run_savings("free", seed=3)
+    assert (found["n_tasks"], found["n_sets"], found["n_samples"]) == (2, 2, 24)
+    rows = pd.DataFrame(found["summary"])
+    assert rows["n_tasks"].tolist() == [2, 2, 4, 4]  # two factors; a set each
+    scratch, near = rows["mean_spent"][0], rows["mean_spent"][2]
+    assert found["rollouts"] == round(2 * scratch + 4 * near)
+    assert near < scratch / 4
+    [even] = found["break_even"]
+    assert even["tasks"] == break_even(24 * scratch, near, scratch)

@@ -18,7 +18,6 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import partial
 from itertools import product
 from math import isnan, nan
 from pathlib import Path
@@ -27,8 +26,8 @@ from typing import Any
 import pandas as pd
 import yaml
 
-from msc.estimates import Estimate, average, difference, quotient
-from msc.study import find_cell
+from msc.estimates import Average, Estimate, average, difference, quotient
+from msc.study import count_ahead, find_cell
 
 PREDICATES = ("below", "above", "equals", "at_least")
 N_WORDS = 40  # that a quotation may have
@@ -73,7 +72,10 @@ def _ratio(
     ratios = {(r["measure"], r["method"], r["baseline"]): r for r in cell["ratios"]}
     if wanted not in ratios and baseline in cell["measures"][name]:  # few test tasks
         return Estimate(nan)
-    return Estimate.read(ratios[wanted], "ratio")
+    found = Estimate.read(ratios[wanted], "ratio")
+    n_ahead, n_sets = count_ahead(cell, name, method, baseline)
+    note = f"lower on {n_ahead} of {n_sets} training sets" if n_sets > 1 else ""
+    return replace(found, note=note)
 
 
 def _mean(
@@ -83,7 +85,14 @@ def _mean(
     cell = find_cell(study, design, n_samples)
     if _is_empty(study, cell, name):
         return Estimate(nan)
-    return Estimate.read(cell["measures"][name][method], "mean")
+    return _of_summary(cell["measures"][name][method])
+
+
+def _of_summary(summary: dict[str, Any]) -> Estimate:
+    """Take a mean, with what it takes to divide it by another."""
+    if summary["mean"] is None:
+        raise KeyError("a fit failed")
+    return replace(Estimate.read(summary, "mean"), of=Average.read(summary))
 
 
 def _sweep(study: dict[str, Any], name: str, n_samples: int, n_charts: int) -> Estimate:
@@ -93,7 +102,7 @@ def _sweep(study: dict[str, Any], name: str, n_samples: int, n_charts: int) -> E
         for entry in study["sweep"]
         if (entry["n_samples"], entry["n_charts"]) == (n_samples, n_charts)
     )
-    return Estimate.read(found, "mean")
+    return _of_summary(found)
 
 
 def _jumps(audit: dict[str, Any], where: str) -> Estimate:
@@ -132,10 +141,17 @@ def _seconds(costs: dict[str, Any], what: str, world: str) -> Estimate:
     return Estimate(*(times[key] / 1e6 for key in ("median", "low", "high")))
 
 
-_same_kernel = partial(_ratio, baseline="single, Matérn", method="charts, Matérn")
+def _same_kernel(
+    study: dict[str, Any], name: str, design: str, n_samples: int, kernel: str
+) -> Estimate:
+    """Find the charts' error over the single regression's, both with another kernel."""
+    methods = {"method": f"charts, {kernel}", "baseline": f"single, {kernel}"}
+    return _ratio(study, name, design, n_samples, **methods)
+
+
 QUANTITIES: dict[str, tuple[Callable[..., Estimate], tuple[str, ...]]] = {
     "ratio": (_ratio, ("file", "design", "n_samples", "baseline")),
-    "ratio_same_kernel": (_same_kernel, ("file", "design", "n_samples")),
+    "ratio_same_kernel": (_same_kernel, ("file", "design", "n_samples", "kernel")),
     "mean": (_mean, ("file", "design", "n_samples", "method")),
     "sweep": (_sweep, ("file", "n_samples", "n_charts")),
     "jumps": (_jumps, ("file",)),
@@ -202,6 +218,8 @@ def measure(measurement: Measurement, results: Mapping[str, Any]) -> list[Estima
     if quantity in PARTS:
         first, second = (measure(part, results) for part in measurement.parts)
         combine = quotient if quantity == "quotient" else difference
+        if quantity == "quotient" and len(measurement.files) == 1:
+            combine = _divide  # errors on the same test tasks rise and fall together
         if len(second) == 1:
             second = second * len(first)
         if len(first) != len(second):
@@ -213,6 +231,13 @@ def measure(measurement: Measurement, results: Mapping[str, Any]) -> list[Estima
         return estimates
     known = [estimate for estimate in estimates if not isnan(estimate.value)]
     return [average(known, geometric=quantity in ("ratio", "quotient"))]
+
+
+def _divide(top: Estimate, bottom: Estimate) -> Estimate:
+    """Divide two means of errors on the same test tasks, or other numbers."""
+    if top.of is None or bottom.of is None:
+        return quotient(top, bottom)
+    return replace(top.of.over(bottom.of), label=top.label)
 
 
 def _look_up(measurement: Measurement, results: Mapping[str, Any]) -> list[Estimate]:

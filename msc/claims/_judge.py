@@ -262,6 +262,7 @@ def _find(asked: Interpretation, results: Mapping[str, Any]) -> Finding:
         verdict = BUILT_IN
     least = min(estimates, key=lambda estimate: _favour(asked, estimate))
     measured = f"{least} {asked.unit}".strip()
+    measured += f", {least.note}" if least.note and len(estimates) == 1 else ""
     wanted = f"{asked.predicate} {asked.threshold:g}".replace("_", " ")
     wanted = wanted.removeprefix("equals ")
     if len(estimates) > 1:

@@ -24,12 +24,15 @@ above, tasks in degrees.
 - `plot_manifold`, `plot_execution`, `plot_composition`, `plot_rivals`,
   `slide_execution`, `slide_predictions`, `WEIGHT_NAMES`: skills, and what they predict
 - `plot_sample_sizes`, `plot_sweep`, `comparison_table`, `ratio_table`, `kernel_table`,
-  `sets_table`, `gate_shares`, `METHOD_STYLES`: methods against each other
+  `sets_table`, `ahead_table`, `gate_shares`, `METHOD_STYLES`: methods compared
+- `Leaderboard`, `list_methods`, `plot_leaderboard`, `standings_table`, `plot_ranks`:
+  all of them
+- `load_times`, `plot_times`, `times_table`, `load_benchmark`, `plot_benchmark`,
+  `plot_fits`, `benchmark_table`, `ROLLOUT_LIMIT`: time, memory
+- `plot_savings`, `savings_table`: what predicting saves of searching
 - `plot_stops`, `planned_stops`, `plot_kernels`, `plot_ladder`, `rung`,
   `plot_projection`, `projected_methods`, `means_by_size`, `count_wins`: what kernels,
   charts, gates and ends decide
-- `load_benchmark`, `plot_benchmark`, `plot_fits`, `benchmark_table`, `ROLLOUT_LIMIT`:
-  time, memory
 - `plot_coverage`, `plot_other_coverage`, `coverage_table`, `GOOD_COVERAGE`: how sure
   intervals are
 """
@@ -63,8 +66,15 @@ if TYPE_CHECKING:
         slide_charts,
         slide_regularization,
     )
-    from msc.plots._leaderboard import Leaderboard, list_methods, plot_leaderboard
+    from msc.plots._leaderboard import (
+        Leaderboard,
+        list_methods,
+        plot_leaderboard,
+        standings_table,
+    )
     from msc.plots._manifold import plot_execution, plot_manifold, slide_execution
+    from msc.plots._ranks import plot_ranks
+    from msc.plots._savings import plot_savings, savings_table
     from msc.plots._search import (
         Movements,
         plot_breaks,
@@ -84,6 +94,7 @@ if TYPE_CHECKING:
     )
     from msc.plots._style import METHOD_STYLES, WEIGHT_NAMES
     from msc.plots._tables import (
+        ahead_table,
         comparison_table,
         confirmed_jumps,
         elbow_table,
@@ -95,6 +106,7 @@ if TYPE_CHECKING:
         ratio_table,
         sets_table,
     )
+    from msc.plots._times import load_times, plot_times, times_table
     from msc.plots._timings import (
         ROLLOUT_LIMIT,
         benchmark_table,

@@ -54,7 +54,7 @@ def plot_sample_sizes(
     Returns
     -------
     Figure
-        The drawing; bands are 95 % intervals.
+        The drawing; bands reach from the best training set to the worst.
     """
     figure, axes = _panels(studies, measures, 3.0 * len(measures) + 0.6)
     for column, study in zip(axes.T, studies, strict=True):
@@ -88,7 +88,8 @@ def plot_sweep(*studies: Stored, measures: Sequence[str]) -> Figure:
     Returns
     -------
     Figure
-        The drawing; one line a number of training tasks, bands are 95 % intervals.
+        The drawing; one line a number of training tasks, bands as in
+        `plot_sample_sizes`.
     """
     figure, axes = _panels(studies, measures, 2.6 * len(measures))
     for column, study in zip(axes.T, studies, strict=True):
@@ -136,14 +137,15 @@ def _draw_line(
     over: str,
     **look: Any,
 ) -> None:
-    """Draw a method's means, if there are any, as a line, their intervals as a band."""
+    """Draw a method's means, if any, as a line, the range over the sets as a band."""
     here = [cell for cell in cells if method in cell["measures"].get(measure, {})]
     if here:
         places = [cell[over] for cell in here]
         found = pd.DataFrame([cell["measures"][measure][method] for cell in here])
         axis.plot(places, found["mean"], ms=4, **look)
         band: Any = {"color": look["color"], "alpha": 0.15, "lw": 0}
-        axis.fill_between(places, found["low"], found["high"], **band)
+        sets = found["per_repetition"]
+        axis.fill_between(places, sets.map(min), sets.map(max), **band)
 
 
 def _draw_verdicts(

@@ -12,7 +12,14 @@ import pandas as pd
 from msc.data import load_dataset
 from msc.estimates import Estimate, rounded
 from msc.learn import SELECTION_CRITERIA
-from msc.study import COST_TOLERANCE, MEASURES, draw_samples, find_cell, most_picked
+from msc.study import (
+    COST_TOLERANCE,
+    MEASURES,
+    count_ahead,
+    draw_samples,
+    find_cell,
+    most_picked,
+)
 
 WORLD_TITLES = {"free": "without obstacles", "obstacles": "with obstacles"}
 SIGNS = {"lower": "●", "undecided": "○", "higher": "✕"}  # of the charts' error
@@ -42,11 +49,14 @@ def _write(cell: Any) -> str:
     if isinstance(cell, str):
         return cell
     if isinstance(cell, Estimate):
-        ratio, low, high = (rounded(one, 2) for one in (cell.value, *cell.bounds))
-        return f"{SIGNS[cell.verdict]}\N{NBSP}{ratio} [{low},\N{NBSP}{high}]"
+        low, high = cell.bounds
+        least = "<0.001" if 0 < low < 0.001 else rounded(low, 2)
+        most = ">1000" if high > 1000 else rounded(high, 2)
+        ratio = f"{SIGNS[cell.verdict]}\N{NBSP}{rounded(cell.value, 2)}"
+        return f"{ratio} [{least},\N{NBSP}{most}]"
     if isinstance(cell, Mapping):
-        median, low, high = (_digits(cell[key]) for key in ("median", "low", "high"))
-        return f"{median} ({low}–{high})"
+        timed = (_digits(cell[key]) for key in ("median", "low", "high"))
+        return "{} ({}–{})".format(*timed)
     return "–" if np.isnan(cell) else _digits(cell)  # NaN: other rows have a result
 
 
@@ -220,6 +230,42 @@ def sets_table(
     table = pd.DataFrame.from_dict(rows, orient="index", columns=names)
     table.index = pd.MultiIndex.from_tuples(rows, names=["", "of all sets"])
     return table
+
+
+def ahead_table(
+    study: Stored,
+    n_samples: int,
+    *,
+    measures: Sequence[str],
+    baselines: Sequence[str] = BASELINES,
+) -> pd.DataFrame:
+    """Count the evenly spaced training sets on which charts err less than others.
+
+    Parameters
+    ----------
+    study : dict
+        Results of a study.
+    n_samples : int
+        Number of training tasks.
+    measures : sequence of str
+        Which errors.
+    baselines : sequence of str, default=BASELINES
+        The other methods.
+
+    Returns
+    -------
+    DataFrame
+        One row a measure, one column a method, as "13 of 15".
+    """
+    cell = find_cell(study, "even", n_samples)
+    rows = {
+        MEASURES[measure].label: {
+            name: "{} of {}".format(*count_ahead(cell, measure, "charts", name))
+            for name in baselines
+        }
+        for measure in measures
+    }
+    return pd.DataFrame(rows).T.rename_axis(columns="charts below")
 
 
 def gate_shares(*studies: Stored) -> pd.DataFrame:

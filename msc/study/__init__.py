@@ -10,7 +10,10 @@ does.
 - `draw_samples`, `take_evenly`, `nearest_task`, `task_density`: which tasks
 - `METHODS`, `build_method`, `fit_methods`: who is compared
 - `Experiment`, `execute_policies`, `TEST_SUBSETS`: one training set
-- `run_study`, `Study`, `MEASURES`, `find_cell`, `format_study`: many of them
+- `run_study`, `Study`, `MEASURES`, `find_cell`, `count_ahead`,
+  `format_study`: many of them
+- `read_trials` and, above it, `rank_methods`, `Ranks`, `critical_difference`: average
+  ranks over all of it
 - `run_elbows` and, below it, `read_elbows`, `measure_elbows`, `most_picked`,
   `choose_criterion`, `compare_gates`, `average_gates`, `compare_clusterers`: the
   choices inside a skill
@@ -31,11 +34,13 @@ if TYPE_CHECKING:
         choose_criterion,
         compare_clusterers,
         measure_elbows,
+        most_picked,
     )
     from msc.study._elbows import read_elbows
     from msc.study._gates import average_gates, compare_gates
     from msc.study._measure import execute_policies
     from msc.study._methods import METHODS, build_method, fit_methods
+    from msc.study._ranks import Ranks, critical_difference, rank_methods
     from msc.study._sampling import (
         TEST_SUBSETS,
         draw_samples,
@@ -52,13 +57,13 @@ if TYPE_CHECKING:
         summarise_savings,
         time_searches,
     )
-    from msc.study._study import run_elbows, run_study
+    from msc.study._study import read_trials, run_elbows, run_study
     from msc.study._summaries import (
         MEASURES,
         Study,
+        count_ahead,
         find_cell,
         format_study,
-        most_picked,
     )
     from msc.study._trial import Experiment
 

@@ -22,7 +22,6 @@ from msc._checks import check_whole, to_floats, validate_sample
 from msc._parallel import call_in_order
 from msc.learn import SELECTION_CRITERIA, SMCE
 from msc.study._elbows import read_elbows
-from msc.study._summaries import most_picked
 
 FROM_POLICIES = tuple(name for name in SELECTION_CRITERIA if name != "cross_validation")
 """The criteria that need nothing but the policies."""
@@ -101,6 +100,36 @@ def measure_elbows(
             for name in SELECTION_CRITERIA
         },
     }
+
+
+def most_picked(measured: Mapping[str, Any], name: str) -> tuple[int, float]:
+    """Tell which number of charts a criterion picked most often.
+
+    Parameters
+    ----------
+    measured : dict
+        What `measure_elbows` returned.
+    name : str
+        A name of `SELECTION_CRITERIA`.
+
+    Returns
+    -------
+    charts : int
+        The number, the last one considered excepted; 0 if there is no other.
+    share : float
+        On what share of the parts it was picked; never NaN, there is a part at least.
+
+    Examples
+    --------
+    >>> found = {"curve": [3, 2, 1], "resampled": {"2": 2, "3": 4}}
+    >>> most_picked({"readings": {"eigengap": found}}, "eigengap")
+    (2, 0.3333333333333333)
+    """
+    found = measured["readings"][name]  # by criterion
+    times = {int(count): number for count, number in found["resampled"].items()}
+    inside = {k: v for k, v in times.items() if k < len(found["curve"])} or {0: 0}
+    best = max(inside, key=lambda count: inside[count])
+    return best, inside[best] / sum(times.values())
 
 
 def choose_criterion(*measured: Mapping[str, Any]) -> str:

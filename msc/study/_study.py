@@ -169,18 +169,7 @@ def run_study(
         label = f"{name}, {world}"
         found = call_in_order(work, calls, jobs=jobs, label=label, progress=progress)
         _gather(own, found, origin(name), len(test.tasks)).write(path)
-    known = {}
-    for name in effort.methods:
-        trials = Trials.read(method_path(folder, world, name))
-        if trials is None:
-            continue
-        if not _agrees(trials, origin(name)):
-            raise ValueError(
-                f"{name!r}: what is kept of it in {world!r} rests on other tables, "
-                "another protocol or other code; make it anew: msc evaluate "
-                f"--profile {profile} --methods {name!r}"
-            )
-        known[name] = trials
+    known = read_trials(world, folder, profile=profile, seed=seed)
     return {
         "workspace": world,
         "profile": profile,
@@ -189,6 +178,50 @@ def run_study(
         "provenance": _provenance(world, profile, seed),
         **_summarise(datasets, sets, known),
     }
+
+
+def read_trials(
+    world: str, folder: Path, *, profile: str = "full", seed: int = 0
+) -> dict[str, Trials]:
+    """Read what methods did in a world, of all whose results are there.
+
+    Parameters
+    ----------
+    world : {"free", "obstacles"}
+        The workspace.
+    folder : Path
+        Where each method's results are kept.
+    profile : {"quick", "full"}, default="full"
+        How much was done.
+    seed : int, default=0
+        As for `run_study`.
+
+    Returns
+    -------
+    dict from str to Trials
+        By method.
+
+    Raises
+    ------
+    ValueError
+        If the profile is unknown, or results are of other tables, another protocol or
+        other code.
+    """
+    effort, known = _effort(profile), {}
+    sets = list_sets(effort, load_dataset(world).tasks, seed)
+    for name in effort.methods:
+        trials = Trials.read(method_path(folder, world, name))
+        if trials is None:
+            continue
+        about = _about(world, effort, sets, name, profile=profile, seed=seed)
+        if not _agrees(trials, about):
+            raise ValueError(
+                f"{name!r}: what is kept of it in {world!r} rests on other tables, "
+                "another protocol or other code; make it anew: msc evaluate "
+                f"--profile {profile} --methods {name!r}"
+            )
+        known[name] = trials
+    return known
 
 
 def _about(
@@ -301,6 +334,7 @@ def _summarise(
 def run_elbows(
     name: str,
     *,
+    known: Mapping[str, Any] | None = None,
     profile: str = "quick",
     seed: int = 0,
     jobs: int = 1,
@@ -310,12 +344,13 @@ def run_elbows(
 
     Parameters
     ----------
-    name, profile : str
+    name : {"free", "obstacles"}
+        The workspace and its data.
+    known : mapping, optional
+        What was found before. If it rests on the same tables, code and versions, it is
+        returned as it is.
+    profile, seed, jobs, progress
         As for `run_study`.
-    seed, jobs : int
-        As there.
-    progress : bool, default=False
-        As there.
 
     Returns
     -------
@@ -330,6 +365,13 @@ def run_elbows(
         If the workspace or the profile is another, or its data are unusable.
     """
     effort = _effort(profile)
+    told = {"workspace": name, "profile": profile, "seed": seed}
+    told["provenance"] = {
+        **_provenance(name, profile, seed),
+        "code": [identify_module(f"msc.study.{one}") for one in ("_choices", "_gates")],
+    }
+    if known is not None and {key: known.get(key) for key in told} == told:
+        return dict(known)
     tasks, policies, _ = load_dataset(name)
     found = measure_elbows(
         tasks,
@@ -352,14 +394,7 @@ def run_elbows(
         label=f"gates, {name}",
         progress=progress,
     )
-    return {
-        "workspace": name,
-        "profile": profile,
-        "seed": seed,
-        "provenance": _provenance(name, profile, seed),
-        **found,
-        "gates": average_gates(gates),
-    }
+    return {**told, **found, "gates": average_gates(gates)}
 
 
 def _effort(profile: str) -> Profile:

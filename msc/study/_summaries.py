@@ -97,6 +97,7 @@ class Summary(TypedDict):
     p95: float | None
     n_tasks: int
     per_repetition: list[float]
+    waves: list[float]  # real and imaginary parts, see `msc.estimates.Average`
 
 
 class Ratio(TypedDict):
@@ -205,18 +206,14 @@ def _summarise(errors: NDArray[Any], weights: Array, measure: Measure) -> Any:
     """Summarise a method's errors on all of its training sets."""
     if np.isnan(errors).any():  # of a fit that failed: no mean tells of the others
         names = "mean", "low", "high", "std", "median", "p95"
-        return {**dict.fromkeys(names), "n_tasks": 0, "per_repetition": []}
+        lists: dict[str, Any] = {"per_repetition": [], "waves": []}
+        return {**dict.fromkeys(names), "n_tasks": 0, **lists}
     found = Average(errors, weights, spread=measure.is_spread)
     counts = weights > 0
     values, counted = found.per_set, None
     if not measure.is_spread:
         values, counted = errors[:, counts].astype(float), weights[counts]
-    return {
-        **found.estimate.stored("mean"),
-        **_describe(values, counted),
-        "n_tasks": int(np.count_nonzero(counts)),
-        "per_repetition": [six_digits(value) for value in found.per_set],
-    }
+    return {**found.stored(), **_describe(values, counted)}
 
 
 def find_cell(study: Mapping[str, Any], design: str, n_samples: int) -> dict[str, Any]:
@@ -249,34 +246,38 @@ def find_cell(study: Mapping[str, Any], design: str, n_samples: int) -> dict[str
     return found
 
 
-def most_picked(measured: Mapping[str, Any], name: str) -> tuple[int, float]:
-    """Tell which number of charts a criterion picked most often.
+def count_ahead(
+    cell: Mapping[str, Any], measure: str, method: str, baseline: str
+) -> tuple[int, int]:
+    """Count the training sets on which a method errs less than another.
+
+    This tells of the tasks of this one circle, whatever training set is drawn; an
+    interval of the ratio tells of others.
 
     Parameters
     ----------
-    measured : dict
-        What `measure_elbows` returned.
-    name : str
-        A name of `SELECTION_CRITERIA`.
+    cell : mapping
+        An entry of a study's "cells".
+    measure : str
+        A key of `MEASURES`.
+    method, baseline : str
+        The two.
 
     Returns
     -------
-    charts : int
-        The number, the last one considered excepted; 0 if there is no other.
-    share : float
-        On what share of the parts it was picked; never NaN, there is a part at least.
+    n_ahead, n_sets : int
+        Of how many that both were fitted to.
 
     Examples
     --------
-    >>> found = {"curve": [3, 2, 1], "resampled": {"2": 2, "3": 4}}
-    >>> most_picked({"readings": {"eigengap": found}}, "eigengap")
-    (2, 0.3333333333333333)
+    >>> means = {"a": {"per_repetition": [1, 2, 3]}, "b": {"per_repetition": [2, 1]}}
+    >>> count_ahead({"measures": {"error_cm": means}}, "error_cm", "a", "b")
+    (1, 2)
     """
-    found = measured["readings"][name]  # by criterion
-    times = {int(count): number for count, number in found["resampled"].items()}
-    inside = {k: v for k, v in times.items() if k < len(found["curve"])} or {0: 0}
-    best = max(inside, key=lambda count: inside[count])
-    return best, inside[best] / sum(times.values())
+    means = cell["measures"][measure]
+    ours, theirs = (means[name]["per_repetition"] for name in (method, baseline))
+    pairs = [*zip(ours, theirs, strict=False)]
+    return sum(one < other for one, other in pairs), len(pairs)
 
 
 def format_study(found: Mapping[str, Any]) -> str:

@@ -1,0 +1,114 @@
+"""What predicting saves: rollouts until a search is near enough, and in all."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pandas as pd
+from matplotlib.figure import Figure
+
+from msc.plots._style import COLOURS, SMALL, styled
+from msc.plots._tables import WORLD_TITLES, Stored, lay_out
+from msc.study import SCRATCH
+
+_MOST = 100  # tasks to solve, that are drawn
+_BESIDE: Any = {"textcoords": "offset points", "fontsize": SMALL}
+
+
+@styled
+def plot_savings(*found: Stored) -> Figure:
+    """Draw what searches from predictions take, and what all tasks together take.
+
+    Parameters
+    ----------
+    *found : dict
+        Results of `msc.study.run_savings`, one column of panels each.
+
+    Returns
+    -------
+    Figure
+        Above, a row a method: the mean number of rollouts until the cost is within
+        1.05 times (filled) and 1.01 times (hollow) that of the task's searched policy;
+        a search that never is goes on from scratch and pays for both. Below, rollouts
+        over the number of tasks to solve: each searched from scratch till the search
+        ends by itself; or 24 others so, and each from what is predicted from these.
+    """
+    figure, axes = plt.subplots(
+        2, len(found), figsize=(7.4, 5.6), squeeze=False, sharey="row"
+    )
+    for (above, below), one in zip(axes.T, found, strict=True):
+        summary = pd.DataFrame(one["summary"])
+        names = list(summary["method"].unique())
+        for factor, rows in summary.groupby("factor", sort=False):
+            is_near = factor == min(summary["factor"])
+            look: Any = {"mfc": "white"} if is_near else {}
+            places = -np.arange(len(rows))
+            label = f"within {factor:g} × the searched cost"
+            look |= {"ls": "", "marker": "o", "ms": 5, "label": label}
+            above.plot(rows["mean_rollouts"], places, color="#00467F", **look)
+        above.set_yticks(-np.arange(len(names)), names, fontsize=SMALL)
+        above.set(xscale="log", xlabel="rollouts until near enough", xlim=(0.7, 500))
+        above.set_title(WORLD_TITLES[one["workspace"]], loc="left")
+        _draw_budgets(below, one, summary)
+    axes[1, 0].set_ylabel("rollouts in all")
+    axes[0, 0].legend(loc="center right")
+    axes[1, 0].legend(loc="upper left")
+    return figure
+
+
+def _draw_budgets(axis: Any, one: Stored, summary: pd.DataFrame) -> None:
+    """Draw what so many tasks take, by searches alone and from predictions."""
+    spent = summary.groupby("method", sort=False)["mean_spent"].first()
+    scratch, n_trained = spent.pop(SCRATCH), one["n_samples"]
+    n_tasks = np.arange(_MOST + 1)
+    axis.plot(n_tasks, n_tasks * scratch, color="0.3", ls="--", label=SCRATCH)
+    for name, ours in (("charts", True), *((name, False) for name in spent.index)):
+        total = n_trained * scratch + n_tasks * spent[name]
+        look: Any = {"color": COLOURS["charts"], "zorder": 3} if ours else {}
+        label = f"{n_trained} others, then from predictions" if ours else None
+        axis.plot(n_tasks, total, label=label, **({"color": "0.7", "lw": 1} | look))
+    even = {row["method"]: row["tasks"] for row in one["break_even"]}["charts"]
+    text = "" if even is None else f"break-even: {even:.0f} tasks"
+    axis.annotate(text, (even or 0, (even or 0) * scratch), (6, -14), **_BESIDE)
+    axis.set(xlabel="tasks to solve", xlim=(0, None), ylim=(0, None))
+
+
+def savings_table(*found: Stored) -> pd.DataFrame:
+    """Show what searches from predictions come to.
+
+    Parameters
+    ----------
+    *found : dict
+        Results of `msc.study.run_savings`.
+
+    Returns
+    -------
+    DataFrame
+        One row a method; of each world the first rollout's median cost over the
+        searched one, rollouts until within 1.05 times the searched cost (median, mean),
+        the share of tasks that end in a worse basin, and the rollouts till a search
+        ends by itself.
+    """
+    heads = {
+        "jump_start": "first cost (median), × searched",
+        "median_rollouts": "rollouts to 1.05 ×, median",
+        "mean_rollouts": "mean",
+        "worse_basin": "worse basin (%)",
+        "mean_spent": "rollouts till it ends",
+    }
+    columns = {}
+    for one in found:
+        summary = pd.DataFrame(one["summary"]).set_index("method")
+        wide = summary[summary["factor"] == max(summary["factor"])]
+        for key, head in heads.items():
+            scale = 100 if key == "worse_basin" else 1
+            values = scale * wide[key].astype(float)
+            columns[WORLD_TITLES[one["workspace"]], head] = [
+                "never" if np.isnan(value) else float(value) for value in values
+            ]
+        index = wide.index
+    table = lay_out(columns)
+    table.index = index
+    return table
