@@ -3,6 +3,7 @@
 import numpy as np
 import pandas as pd
 import pytest
+from imagined import imagine_controls
 
 import msc.plots._search
 from msc import SMCE, Arm, Workspace, load_dataset
@@ -24,17 +25,22 @@ from msc.plots import (
     plot_fits,
     plot_followed,
     plot_generations,
+    plot_kernels,
+    plot_ladder,
     plot_leaderboard,
     plot_manifold,
     plot_other_coverage,
     plot_poses,
+    plot_projection,
     plot_quality,
     plot_ranks,
     plot_reconstruction,
     plot_rivals,
     plot_rollouts_spent,
     plot_sample_sizes,
+    plot_savings,
     plot_section_v,
+    plot_stops,
     plot_sweep,
     plot_tasks,
     plot_times,
@@ -141,6 +147,13 @@ def reconstruction():
     return plot_reconstruction(points, smce, 29)
 
 
+def controls():
+    """Return studies of all methods, each with means of its own, over decades."""
+    names = [name for name in METHODS if METHODS[name].sets != "sweep"]
+    means = dict(zip(names, np.geomspace(1e-3, 1e3, len(names)), strict=True))
+    return [imagine_controls(world, means) for world in ("free", "obstacles")]
+
+
 def charts():
     found = experiment()
     X, y = found.tasks[found.chosen], found.policies[found.chosen]
@@ -179,6 +192,7 @@ FIGURES = {
         *results("study"), methods=list(METHOD_STYLES), verdicts=False
     ),
     plot_section_v: lambda: plot_section_v(*results("study")),
+    plot_savings: lambda: plot_savings(*results("savings")),
     plot_sweep: lambda: plot_sweep(*results("study"), measures=["mse, gate learned"]),
     slide_weight: weights,
     plot_rollouts_spent: lambda: plot_rollouts_spent(
@@ -198,4 +212,8 @@ FIGURES = {
         slide_regularization(*curves()[:2], [0, 10], first=1).poster
     ),
     slide_charts: charts,
+    plot_stops: lambda: plot_stops(experiment(), ["charts", "single regression"]),
+    plot_kernels: lambda: plot_kernels(*controls()),
+    plot_ladder: lambda: plot_ladder(*controls()),
+    plot_projection: lambda: plot_projection(*controls()),
 }

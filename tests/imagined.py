@@ -121,6 +121,24 @@ def imagine_study(right, world):
     }
 
 
+def imagine_controls(world, means, sizes=SIZES):
+    """Return a study of evenly spaced sets alone: a mean a method, over n."""
+    cells = [
+        {
+            "design": "even",
+            "n_samples": size,
+            "repetitions": 2,
+            "measures": {
+                measure: {name: summary(mean / size) for name, mean in means.items()}
+                for measure in MEASURES
+            },
+            "ratios": [],
+        }
+        for size in sizes
+    ]
+    return {"workspace": world, "failed": {}, "cells": cells, "sweep": []}
+
+
 def imagine_measures(right, world, size):
     """Return a mean for each measure and method."""
     mse, error = (

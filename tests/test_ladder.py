@@ -7,7 +7,7 @@ from sklearn.cluster import KMeans
 
 from msc import ParameterizedSkill, Workspace, load_dataset
 from msc.data import load_results
-from msc.study import build_method, compare_gates
+from msc.study import build_method, compare_gates, execute_policies
 from msc.study._gates import gate_accuracy
 from msc.study._ladder import (
     AbstainingSkill,
@@ -17,6 +17,7 @@ from msc.study._ladder import (
 )
 from msc.study._measure import known_charts, measure_method
 from msc.study._methods import METHODS
+from msc.study.rivals import TriedSkill
 
 tasks = np.linspace(0.1, 6.1, 31)[:, None]
 policies = np.hstack([np.sin(tasks), np.cos(tasks)]) + 5 * (tasks > 3.05)
@@ -100,3 +101,63 @@ def test_every_rung_has_one_kernel_a_chart(name):
     params = method.get_params()
     found = [value for key, value in params.items() if key.endswith("kernel_per")]
     assert found == ["chart"]
+
+
+# A gate that tries
+
+
+def paid_beside(jump):
+    """Return what executes, for a curve that is lifted where tasks pass a jump."""
+
+    def execute(found, X):
+        wanted = np.hstack([np.sin(X), np.cos(X)]) + 5 * (jump < X)
+        return ((found - wanted) ** 2).sum(axis=1)
+
+    return execute
+
+
+def tried(execute):
+    skill = ParameterizedSkill(KMeans(2, random_state=0), **smooth)
+    return TriedSkill(skill, execute=execute).fit(tasks, policies)
+
+
+@pytest.mark.parametrize("share", [0.1, 0.4, 0.6, 0.9])
+def test_who_tries_two_charts_is_right_wherever_the_jump_is(share):
+    last, first = tasks[14, 0], tasks[15, 0]
+    jump = last + share * (first - last)
+    gap = np.linspace(last, first, 20)[1:-1, None]
+    model = tried(paid_beside(jump))
+    assert (model.predict(gap)[:, 0] > 2.5).tolist() == (gap[:, 0] > jump).tolist()
+    nearest = model.skill_.predict(gap)[:, 0] > 2.5
+    assert (nearest != (gap[:, 0] > jump)).any()
+
+
+def test_the_first_that_is_tried_is_the_nearest_task_s_chart():
+    new = np.linspace(0, 6.2, 50)[:, None]
+    model = tried(lambda found, _: np.ones(len(found)))  # whose ties go to the first
+    np.testing.assert_array_equal(model.predict(new), model.skill_.predict(new))
+
+
+def test_two_rollouts_a_task_are_counted_and_none_where_there_is_one_chart():
+    model = tried(paid_beside(3.05))
+    model.predict(tasks[:4]), model.predict(tasks[:3])
+    assert model.n_rollouts_ == 2 * (4 + 3)
+    one = TriedSkill(ParameterizedSkill(None, **smooth), execute=paid_beside(3.05))
+    one.fit(tasks, policies).predict(tasks)
+    assert one.n_rollouts_ == 0
+
+
+def test_on_the_arm_a_trial_keeps_what_costs_less():
+    grid, test = load_dataset("obstacles"), load_dataset("obstacles_test")
+    chosen, where = np.arange(0, 360, 15), Workspace.obstacles()
+    known = grid.tasks[chosen], grid.policies[chosen]
+    method = build_method("ladder: pieces, by trial", workspace=where).fit(*known)
+    some = slice(None, None, 4)
+    found = method.predict(test.tasks[some])
+    table = test.table[some]
+    costs = [
+        execute_policies(where, policy, table)["excess_cost"]
+        for policy in (found, method.skill_.predict(test.tasks[some]))
+    ]
+    assert (costs[0] <= costs[1] + 1e-9).all()
+    assert (costs[0] < costs[1] - 1e-3).any()

@@ -50,6 +50,7 @@ PRACTISES = {  # rivals that execute policies, or search
         "_crkr_practice",
         "_mixture_practice",
         "_multitask",
+        "_trial_gate",
         "_trials",
     )
 }

@@ -31,6 +31,9 @@ above, tasks in degrees.
 - `load_times`, `plot_times`, `times_table`, `load_benchmark`, `plot_benchmark`,
   `plot_fits`, `benchmark_table`, `ROLLOUT_LIMIT`: time, memory
 - `plot_savings`, `savings_table`: what predicting saves of searching
+- `plot_stops`, `planned_stops`, `plot_kernels`, `plot_ladder`, `rung`,
+  `plot_projection`, `projected_methods`, `means_by_size`, `count_wins`: what kernels,
+  charts, gates and ends decide
 - `plot_coverage`, `plot_other_coverage`, `coverage_table`, `GOOD_COVERAGE`: how sure
   intervals are
 """
@@ -41,6 +44,15 @@ from press import face
 
 if TYPE_CHECKING:
     from msc.plots._arm import plot_followed, plot_poses, plot_weights, slide_weight
+    from msc.plots._controls import (
+        count_wins,
+        means_by_size,
+        plot_kernels,
+        plot_ladder,
+        plot_projection,
+        projected_methods,
+        rung,
+    )
     from msc.plots._coverage import (
         GOOD_COVERAGE,
         coverage_table,

@@ -47,7 +47,7 @@ def plot_savings(*found: Stored) -> Figure:
             places = -np.arange(len(rows))
             label = f"within {factor:g} × the searched cost"
             look |= {"ls": "", "marker": "o", "ms": 5, "label": label}
-            above.plot(rows["mean_rollouts"], places, color="#00467F", **look)
+            above.plot(rows["mean_rollouts"], places, color=COLOURS["charts"], **look)
         above.set_yticks(-np.arange(len(names)), names, fontsize=SMALL)
         above.set(xscale="log", xlabel="rollouts until near enough", xlim=(0.7, 500))
         above.set_title(WORLD_TITLES[one["workspace"]], loc="left")

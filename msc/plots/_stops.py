@@ -9,7 +9,7 @@ import numpy as np
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
-from msc.plots._style import SMALL, styled
+from msc.plots._style import COLOURS, SMALL, styled
 from msc.robot import DMP, forward_kinematics
 from msc.study import Experiment
 
@@ -60,11 +60,12 @@ def plot_stops(experiment: Experiment, names: Sequence[str]) -> Figure:
         missed = 100 * np.hypot(*(stops - goals).T)
         axis.plot(*goals.T, "o", ms=2.5, color="0.6")
         pairs = list(np.stack([goals, stops], axis=1))
-        lines = LineCollection(pairs, color="#C44E00", lw=1)
-        axis.add_collection(lines)
-        axis.plot(*stops.T, "x", ms=3, color="#C44E00")
+        colour = COLOURS["single regression"]
+        axis.add_collection(LineCollection(pairs, color=colour, lw=1))
+        axis.plot(*stops.T, "x", ms=3, color=colour)
         axis.set(aspect="equal", xticks=[], yticks=[])
         axis.grid(visible=False)
+        axis.spines[:].set_visible(False)
         axis.set_title(name, loc="left", fontsize=SMALL)
         axis.set_xlabel(f"{missed.mean():.2g} cm beside the goal", fontsize=SMALL)
     return figure

@@ -26,6 +26,7 @@ from msc.study.rivals import (
     MappedMovement,
     MovementMixture,
     StoppedMovement,
+    TriedSkill,
     isomap_skill,
     practising_method,
     todays_method,
@@ -65,6 +66,14 @@ def _practising(name: str) -> Callable[[Setting], Any]:
     """Build a method with rollouts of its own."""
     return lambda to: practising_method(name, to.workspace, to.seed)
 
+
+def _tried(to: Setting) -> Any:
+    """Have a rung of the ladder try two charts."""
+    base = to.name.removesuffix(BY_TRIAL)
+    return TriedSkill(build_ladder(replace(to, name=base)), to.workspace)
+
+
+BY_TRIAL = ", by trial"
 
 METHODS = {
     "charts": Method(build_skill, "paper", "all"),
@@ -125,6 +134,10 @@ METHODS = {
         if charts + gate != "SMCE"  # it is "charts, one kernel"
     },
     **{
+        f"ladder: {charts}{BY_TRIAL}": Method(_tried, "ladder", "even")
+        for charts in ("SMCE", "linkage", "pieces")
+    },
+    **{
         f"{count} {'chart' if count == 1 else 'charts'}": Method(
             build_skill, "number of charts", "sweep"
         )
@@ -162,7 +175,8 @@ def build_method(name: str, **how: Any) -> Any:
         - "3 charts": `ParameterizedSkill` on so many charts of `SMCE`;
         - "ladder: …": with one kernel, on charts by SMCE or single linkage, or the true
           pieces between jumps; with the best gate of several, one that abstains, or
-          the true chart;
+          the true chart; or with a gate that executes two charts' policies and keeps
+          the cheaper, see `TriedSkill`;
         - "…'s practice", "after Deisenroth: model-free", "contextual search": with
           rollouts of their own, which they count, see `practising_method`;
         - all others: see `msc.study.rivals`.

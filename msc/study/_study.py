@@ -385,8 +385,14 @@ def run_elbows(
     known : mapping, optional
         What was found before. If it rests on the same tables, code and versions, it is
         returned as it is.
-    profile, seed, jobs, progress
+    profile : {"quick", "full"}, default="quick"
         As for `run_study`.
+    seed : int, default=0
+        As there.
+    jobs : int, default=1
+        As there.
+    progress : bool, default=False
+        As there.
 
     Returns
     -------

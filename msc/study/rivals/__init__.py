@@ -11,8 +11,9 @@ Knowing how movements end
 What one would try today
     `todays_methods`, among them `ChangePointProcess`
 With rollouts of their own, which they count: `n_rollouts_`
-    `PractisedCrKR`; `PractisedMixture`; `MultiTaskSearch`; `ContextualSearch`; and, as
-    the start of a search, `MappedMovement`
+    `PractisedCrKR`; `PractisedMixture`; `MultiTaskSearch`; `ContextualSearch`;
+    `TriedSkill`, which executes to predict; and, as the start of a search,
+    `MappedMovement`
 How hyper-parameters are chosen
     `tune`, by `RANGES`, `N_TRIALS` and `N_FOLDS`; of those with rollouts
     `ChosenByTrial`, by `SETTINGS` and `N_CHECKS`, with the budgets `PRACTICE` and
@@ -48,6 +49,7 @@ if TYPE_CHECKING:
     from msc.study.rivals._promp import ConditionedProMP
     from msc.study.rivals._sweep import InvertedSweep
     from msc.study.rivals._today import todays_method, todays_methods
+    from msc.study.rivals._trial_gate import TriedSkill
     from msc.study.rivals._tuning import N_FOLDS, N_TRIALS, RANGES, tune
 
 __all__, __getattr__, __dir__ = face(__name__, __file__)
