@@ -111,11 +111,26 @@ def test_nobody_who_executes_nothing_ends_nearer_than_interpolation():
     assert 0.9 < sum(one) / sum(other) < 1
 
 
-def test_the_true_pieces_known_take_a_third_of_the_error():
+def test_the_true_pieces_known_leave_a_third_of_the_error():
     # the first page
     told = mean("obstacles", "mse, gate learned", 24, "ladder: pieces, true gate")
     ours = mean("obstacles", "mse, gate learned", 24, "charts")
     assert told / ours == pytest.approx(1 / 3, rel=0.1)
+
+
+def test_predicting_saves_searching():
+    # the first page
+    times = []
+    for found in load_results("savings_free", "savings_obstacles"):
+        spent = {one["method"]: one["mean_spent"] for one in found["summary"]}
+        scratch = spent.pop("from scratch")
+        times.append(round(scratch / spent["charts"]))
+        assert len(spent) == 8
+        assert max(spent.values()) < scratch / 4
+        assert all(25 < one["tasks"] < 32 for one in found["break_even"])
+        least = sorted(spent, key=spent.get)[:3]
+    assert times == [12, 6]
+    assert {*least} == {"after Liu: mapped", "linear interpolation", "nearest neighbour"}
 
 
 def test_without_obstacles_charts_have_the_higher_error_from_12_to_24_tasks():
