@@ -130,7 +130,11 @@ def test_predicting_saves_searching():
         assert all(25 < one["tasks"] < 32 for one in found["break_even"])
         least = sorted(spent, key=spent.get)[:3]
     assert times == [12, 6]
-    assert {*least} == {"after Liu: mapped", "linear interpolation", "nearest neighbour"}
+    assert {*least} == {
+        "after Liu: mapped",
+        "linear interpolation",
+        "nearest neighbour",
+    }
 
 
 def test_without_obstacles_charts_have_the_higher_error_from_12_to_24_tasks():
