@@ -567,7 +567,7 @@ def bonferroni(estimate: Estimate, n_looks: int) -> Estimate:
     Examples
     --------
     >>> print(bonferroni(Estimate(1.0, 0.5, 2.0), 20))
-    1 [0.202, 4.94]
+    1 [0.185, 5.4]
     """
     if estimate.low is None:
         return estimate

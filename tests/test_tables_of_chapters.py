@@ -9,6 +9,7 @@ from msc import load_dataset
 from msc.estimates import Estimate
 from msc.learn import SELECTION_CRITERIA
 from msc.plots import (
+    ahead_table,
     comparison_table,
     elbow_table,
     gate_shares,
@@ -27,7 +28,8 @@ BASELINES = {"single regression": 2.0, "CrKr": 1.0, "nearest neighbour": 0.5}
 
 
 def summary(mean):
-    return {"mean": mean, "low": 0.9 * mean, "high": 1.2 * mean}
+    sets = {"per_repetition": [0.8 * mean, 1.2 * mean]}
+    return {"mean": mean, "low": 0.9 * mean, "high": 1.2 * mean} | sets
 
 
 def cell(n_samples, design="even"):
@@ -73,6 +75,22 @@ def test_a_table_says_which_method_wins_at_each_size():
         "○\N{NBSP}1 [0.9,\N{NBSP}1.2]",
         "✕\N{NBSP}2 [1.8,\N{NBSP}2.4]",
     ]
+
+
+def test_bounds_that_say_nothing_are_not_written_out():
+    wide = {"ratio": 3.0, "low": 4e-7, "high": 6e5}
+    ratio = {"measure": "mse, gate learned", "method": "charts", "baseline": "CrKr"}
+    found = {**free, "cells": [{**cell(24), "ratios": [ratio | wide]}]}
+    table = ratio_table(found, measures=["mse, gate learned"], baselines=["CrKr"])
+    assert table.loc[24].item() == "○\N{NBSP}3 [<0.001,\N{NBSP}>1000]"
+
+
+def test_how_often_charts_are_ahead_is_counted():
+    found = {**free, "cells": [cell(24)]}
+    means = found["cells"][0]["measures"]["mse, gate learned"]
+    means["charts"]["per_repetition"] = [0.001, 99.0]
+    table = ahead_table(found, 24, measures=["mse, gate learned"], baselines=["CrKr"])
+    assert table.loc["MSE, gate learned", "CrKr"] == "1 of 2"
 
 
 def test_charts_with_another_kernel_have_ratios_of_their_own():
@@ -188,6 +206,14 @@ def test_the_figure_has_a_panel_a_world_on_one_scale():
     heights = left.get_lines()[2].get_ydata()
     assert list(heights) == pytest.approx([2 / 8, 2 / 24, 2 / 72])
     assert signs(right) == ["○"] * 3 + ["●"] * 3
+
+
+def test_bands_reach_from_the_best_training_set_to_the_worst():
+    [axis] = plot_sample_sizes(free, methods=["charts"]).axes
+    [band] = axis.collections
+    heights = band.get_paths()[0].vertices[:, 1]
+    assert heights.min() == pytest.approx(0.8 / 72)
+    assert heights.max() == pytest.approx(1.2 / 8)
 
 
 def test_a_method_without_results_is_left_out():
