@@ -342,14 +342,16 @@ class Average:
             low, high = _around(value, self._half_width(value))
         return Estimate(value, low, high)
 
-    def over(self, other: Average) -> Estimate:
+    def over(self, other: Average, *, same_sets: bool = True) -> Estimate:
         """Divide by another average over the same test tasks, with the same weights.
 
         Parameters
         ----------
         other : Average
-            What to divide by. If it has as many training sets, they are taken to be the
-            same ones; otherwise to be others.
+            What to divide by.
+        same_sets : bool, default=True
+            Whether both are over the same training sets, in the same order; if there
+            are not as many of either, they are not.
 
         Returns
         -------
@@ -371,7 +373,7 @@ class Average:
             value = self.value / other.value if other.value else np.nan
             return Estimate(value, -np.inf, np.inf)
         ours, theirs = (one.per_set / one.value for one in (self, other))
-        are_paired = len(ours) == len(theirs)
+        are_paired = same_sets and len(ours) == len(theirs)
         sets = [ours - theirs] if are_paired else [ours, theirs]
         waves = self.waves / self.value - other.waves / other.value
         ratio = self.value / other.value

@@ -218,6 +218,37 @@ def test_what_the_design_makes_true_is_no_evidence(verdict_on):
         assert verdict_on(both, results).verdict == overall
 
 
+@pytest.mark.parametrize(
+    ("known", "verdict"),
+    [(LOW, "reproduced"), (HIGH, "not reproduced"), (OPEN, "undecided")],
+)
+def test_no_evidence_beside_some_does_not_count(known, verdict, verdict_on):
+    both = {
+        "one": BELOW | {"by_construction": "We made it so."},
+        "two": BELOW | {"ratio": "mse, known"},
+    }
+    results = study(**{"mse": {24: LOW}, "mse, known": {24: known}})
+    found = verdict_on(both, results, literal=list(both))
+    assert found.verdict == verdict
+    assert found.measured.startswith("two: ")
+
+
+def test_sets_of_other_sizes_are_others_however_many_there_are(verdict_on):
+    results = study(mse={24: (1.0, 0.5, 2.0), 50: (1.0, 0.5, 2.0)})
+    for cell in results["cells"]:
+        cell["measures"]["mse"]["charts"]["per_repetition"] = [0.5, 1.5]
+    means = {"mean": "mse", "method": "charts"}
+
+    def bounds(n_samples):
+        sides = {"top": means, "bottom": means | {"n_samples": n_samples}}
+        asked = {"half": {"quotient": sides, "below": 2, "n_samples": 24}}
+        return verdict_on(asked, results).findings[0].estimate.bounds
+
+    assert bounds(24) == (1, 1)
+    low, high = bounds(50)
+    assert low < 1 < high
+
+
 def test_what_cannot_be_tested_says_why_and_does_not_count(verdict_on):
     never = {"theirs": {"cannot_be_tested": "Their data are not public."}}
     found = verdict_on(never, study(mse={24: LOW}))

@@ -103,6 +103,19 @@ def test_means_are_those_of_evenly_spaced_sets():
     assert table.loc["CrKr"].isna().tolist() == [False, False, True]
 
 
+def test_means_of_the_first_sets_are_compared_where_some_have_fewer():
+    found = study({"charts": 4.0, "charts, projected": 1.0})
+    for cell in found["cells"]:
+        for by_method in cell["measures"].values():
+            by_method["charts"] |= {"mean": 4.0, "per_repetition": [1.0, 2.0, 9.0]}
+            by_method["charts, projected"] |= {"mean": 1, "per_repetition": [0.5, 1.5]}
+    assert means_by_size(found, "error_cm").loc["charts", 12] == 4
+    few = means_by_size(found, "error_cm", n_sets=2)
+    assert few[12].tolist() == [1.5, 1]
+    [line] = plot_projection(found).axes[0].collections[0].get_segments()
+    assert line[:, 0].tolist() == [1.5, 1]
+
+
 def test_a_set_is_won_by_who_errs_less_and_a_tie_by_nobody():
     found = study({"charts": 6.0, "CrKr": 3.0})
     for cell in found["cells"][:2]:

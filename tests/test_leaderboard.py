@@ -152,6 +152,19 @@ def test_standings_count_places_and_signs():
     assert list(table.columns) == ["first", "place", "of", "●", "○", "✕"]
 
 
+def test_places_are_those_on_the_sets_that_both_have():
+    study = imagine()
+    for by_method in study["cells"][0]["measures"].values():
+        # On one set, an easy one, on which both others err less still.
+        by_method["random forest"] = {"mean": 0.3, "per_repetition": [1.1]} | {
+            "low": 0.1,
+            "high": 0.9,
+        }
+    table = standings_table(study).xs(12, level="n")
+    assert set(table["first"]) == {"CrKr"}
+    assert set(table["place"]) == {2}
+
+
 @pytest.fixture(scope="module")
 def experiment():
     names = ["zero policy, projected", "zero policy", "mean policy"]

@@ -18,6 +18,7 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
+from functools import partial
 from itertools import product
 from math import isnan, nan
 from pathlib import Path
@@ -180,6 +181,14 @@ class Measurement:
         return own.union(*(part.files for part in self.parts))
 
     @property
+    def training_sets(self) -> tuple[Any, Any]:
+        """What tells which training sets it is of: how they are drawn, and how large.
+
+        A sweep over numbers of charts, which names no design, has evenly spaced ones.
+        """
+        return self.fields.get("design", "even"), self.fields.get("n_samples")
+
+    @property
     def unit(self) -> str:
         """What the number is a multiple of, if that is another method's."""
         baseline = self.fields.get("baseline")
@@ -219,7 +228,9 @@ def measure(measurement: Measurement, results: Mapping[str, Any]) -> list[Estima
         first, second = (measure(part, results) for part in measurement.parts)
         combine = quotient if quantity == "quotient" else difference
         if quantity == "quotient" and len(measurement.files) == 1:
-            combine = _divide  # errors on the same test tasks rise and fall together
+            # Errors on the same test tasks rise and fall together.
+            top, bottom = (part.training_sets for part in measurement.parts)
+            combine = partial(_divide, same_sets=top == bottom)
         if len(second) == 1:
             second = second * len(first)
         if len(first) != len(second):
@@ -233,11 +244,12 @@ def measure(measurement: Measurement, results: Mapping[str, Any]) -> list[Estima
     return [average(known, geometric=quantity in ("ratio", "quotient"))]
 
 
-def _divide(top: Estimate, bottom: Estimate) -> Estimate:
+def _divide(top: Estimate, bottom: Estimate, *, same_sets: bool) -> Estimate:
     """Divide two means of errors on the same test tasks, or other numbers."""
     if top.of is None or bottom.of is None:
         return quotient(top, bottom)
-    return replace(top.of.over(bottom.of), label=top.label)
+    found = top.of.over(bottom.of, same_sets=same_sets)
+    return replace(found, label=top.label)
 
 
 def _look_up(measurement: Measurement, results: Mapping[str, Any]) -> list[Estimate]:

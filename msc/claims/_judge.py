@@ -77,11 +77,13 @@ class Verdict:
 
     @property
     def verdict(self) -> str:
-        """A key of SYMBOLS: the literal ones joined, but for what cannot be tested."""
-        tested = {one.verdict for one in self.literal} - {UNTESTABLE} or {UNTESTABLE}
+        """A key of SYMBOLS: the literal ones joined, but for those without evidence."""
+        tested = {one.verdict for one in self.literal}
+        for no_evidence in (UNTESTABLE, BUILT_IN):
+            tested = tested - {no_evidence} or {no_evidence}
         if len(tested) == 1:
             return tested.pop()
-        return PARTLY if {REPRODUCED, BUILT_IN} & tested else NOT
+        return PARTLY if REPRODUCED in tested else NOT
 
     @property
     def measured(self) -> str:
@@ -227,7 +229,8 @@ def judge(claim: Claim, results: Mapping[str, Any]) -> Verdict:
 
     A claim has the verdict of its literal interpretations if they agree. Otherwise it
     is "partly", if any is reproduced; else "not reproduced", since one refutes the
-    claim and none confirms it. Other interpretations are shown and decide nothing.
+    claim and none confirms it. What cannot be tested, or is by construction, counts
+    only where all literal ones are. Others are shown and decide nothing.
     """
     findings, quoted = [], {}
     name = ""

@@ -218,7 +218,9 @@ def projected_methods(study: Stored) -> list[str]:
     return sorted(names, key=lambda name: _mean(found[name]))
 
 
-def means_by_size(study: Stored, measure: str) -> pd.DataFrame:
+def means_by_size(
+    study: Stored, measure: str, *, n_sets: int | None = None
+) -> pd.DataFrame:
     """List the means of all methods on evenly spaced sets.
 
     Parameters
@@ -227,6 +229,9 @@ def means_by_size(study: Stored, measure: str) -> pd.DataFrame:
         Results of `msc.study.run_study`.
     measure : str
         A key of `MEASURES`.
+    n_sets : int, optional
+        Over how many training sets at most, the first ones; by default all that a
+        method was tried on, which of some are fewer than of others.
 
     Returns
     -------
@@ -236,7 +241,7 @@ def means_by_size(study: Stored, measure: str) -> pd.DataFrame:
     """
     columns = {
         cell["n_samples"]: {
-            name: _mean(one) for name, one in cell["measures"][measure].items()
+            name: _mean(one, n_sets) for name, one in cell["measures"][measure].items()
         }
         for cell in _even(study)
     }
@@ -345,9 +350,15 @@ def _move(
     label: str,
     **_: Any,
 ) -> None:
-    """Draw a line a method, from its plain mean to that of its projected policies."""
+    """Draw a line a method, from its plain mean to that of its projected policies.
+
+    Both are over the training sets that both were tried on.
+    """
     heights = np.arange(len(names)) + shift
-    plain = np.array([_mean(found[name]) for name in names])
+    n_sets = [len(found[name + PROJECTED]["per_repetition"]) or None for name in names]
+    plain = np.array(
+        [_mean(found[name], n) for name, n in zip(names, n_sets, strict=True)]
+    )
     moved = np.array([_mean(found[name + PROJECTED]) for name in names])
     axis.hlines(heights, plain, moved, color=color, lw=1.2)
     look: Any = {"color": color, "marker": marker, "ls": "", "ms": 4}
@@ -369,9 +380,13 @@ def _explain(figure: Figure, axes: NDArray[Any]) -> None:
         figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
 
 
-def _mean(summary: Mapping[str, Any]) -> float:
+def _mean(summary: Mapping[str, Any], n_sets: int | None = None) -> float:
     """Return a mean; NaN, which is not drawn, of what could not be fitted."""
-    return np.nan if summary["mean"] is None else float(summary["mean"])
+    if summary["mean"] is None:
+        return np.nan
+    if n_sets is None or n_sets >= len(summary["per_repetition"]):
+        return float(summary["mean"])
+    return float(np.mean(summary["per_repetition"][:n_sets]))
 
 
 def _name_below(figure: Figure, axes: NDArray[Any], n_columns: int) -> None:

@@ -10,7 +10,7 @@ import base64
 import html
 import io
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
@@ -235,9 +235,10 @@ def standings_table(
     Returns
     -------
     DataFrame
-        One row a world, measure and number of training tasks: the method with the
-        least mean, the place of `method`, of how many that have one, and to how many
-        others the charts' ratio is lower (●), undecided (○) and higher (✕).
+        One row a world, measure and number of training tasks: the method that errs
+        less than most others, the place of `method`, of how many that have a mean, and
+        to how many others the charts' ratio is lower (●), undecided (○) and higher (✕).
+        Two methods are compared by their means over the training sets that both have.
     """
     out, rows = {GROUPS[group] for group in apart}, {}
     for study, measure, n in product(studies, LISTED, SIZES):
@@ -248,13 +249,30 @@ def standings_table(
             if row["mean"] is not None and row["group"] not in out
         ]
         names = [row["name"] for row in listed]
-        places = {"first": names[0], "place": names.index(method) + 1}
+        found = find_cell(study, "even", n)["measures"][measure]
+        ahead = _count_ahead({name: found[name]["per_repetition"] for name in names})
+        places = {"first": ahead.idxmin(), "place": int(ahead[method]) + 1}
         signs = [row["against"][:1] for row in listed]
         counts = {sign: signs.count(sign) for sign in SIGNS.values()}
         rows[cell] = places | {"of": len(names)} | counts
     table = pd.DataFrame.from_dict(rows, orient="index")
     table.index = pd.MultiIndex.from_tuples(rows, names=["world", "measure", "n"])
     return table
+
+
+def _count_ahead(per_set: Mapping[str, Sequence[float]]) -> pd.Series[int]:
+    """Count the methods that err less than each, on the first sets, which both have."""
+
+    def errs_less(one: Sequence[float], other: Sequence[float]) -> bool:
+        n_sets = min(len(one), len(other))
+        return float(np.mean(one[:n_sets])) < float(np.mean(other[:n_sets]))
+
+    return pd.Series(
+        {
+            name: sum(errs_less(other, own) for other in per_set.values())
+            for name, own in per_set.items()
+        }
+    )
 
 
 @dataclass(frozen=True)
