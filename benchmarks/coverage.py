@@ -387,6 +387,21 @@ def try_means(
     }
 
 
+def try_spreads(
+    condition: Condition, n_studies: int, seed: list[int]
+) -> dict[str, float]:
+    """Tell how often the interval of a ratio of standard deviations holds the truth."""
+    pairs = draw_pairs(condition, n_studies, np.random.default_rng(seed))
+    both = ([Average(one, spread=True) for one in pair.errors] for pair in pairs)
+    low, high = np.array([ours.over(theirs).bounds for ours, theirs in both]).T
+    true = condition.ratio
+    return {
+        "correlation": condition.correlation,
+        "coverage": round(float(np.mean((low <= true) & (true <= high))), 4),
+        "length": float(f"{np.median(high / low):.4g}"),
+    }
+
+
 def main(path: Path) -> None:
     """Measure, simulate and write."""
     measured = measure_scatter()
@@ -408,6 +423,10 @@ def main(path: Path) -> None:
         "means": [
             try_means(replace(usual, n_sets=n), N_STUDIES, [SEED, 2, n])
             for n in (10, 15)
+        ],
+        "spreads": [
+            try_spreads(replace(usual, correlation=r, ratio=1.0), N_STUDIES, [SEED, 3])
+            for r in CORRELATIONS
         ],
     }
     path.write_text(format_study(found), "utf-8")

@@ -70,6 +70,15 @@ def test_a_mean_alone_is_covered_as_well_and_has_a_long_interval(found):
     assert rows["length"].between(50, 70).all()  # the protocol: fifty or more
 
 
+def test_a_ratio_of_standard_deviations_is_covered_too_seldom(found):
+    rows = pd.DataFrame(found["spreads"])
+    assert rows["correlation"].tolist() == [0, 0.5, 0.9]
+    spans = rows["coverage"].min(), rows["coverage"].max()
+    text = "{:.0f} to {:.0f} %".format(*(100 * one for one in spans))
+    page = (ROOT / "book" / "how_sure.ipynb").read_text("utf-8")
+    assert f"executed errors have them: {text};" in page
+
+
 def test_every_interval_was_tried_as_it_is_and_stretched(found):
     rows = pd.DataFrame(found["main"])
     tried = {*zip(rows["interval"], rows["wider"], strict=True)}

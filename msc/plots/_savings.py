@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 from msc.plots._style import COLOURS, SMALL, styled
 from msc.plots._tables import WORLD_TITLES, Stored, lay_out
-from msc.study import SCRATCH
+from msc.study import ONCE, SCRATCH
 
 _MOST = 100  # tasks to solve, that are drawn
 _BESIDE: Any = {"textcoords": "offset points", "fontsize": SMALL}
@@ -32,8 +32,8 @@ def plot_savings(*found: Stored) -> Figure:
         Above, a row a method: the mean number of rollouts until the cost is within
         1.05 times (filled) and 1.01 times (hollow) that of the task's searched policy;
         a search that never is goes on from scratch and pays for both. Below, rollouts
-        over the number of tasks to solve: each searched from scratch till the search
-        ends by itself; or 24 others so, and each from what is predicted from these.
+        until within 1.05 times, so paid, over the number of tasks to solve: each from
+        scratch; or 24 others so, and each from what is predicted from these.
     """
     figure, axes = plt.subplots(
         2, len(found), figsize=(7.4, 5.6), squeeze=False, sharey="row"
@@ -60,7 +60,8 @@ def plot_savings(*found: Stored) -> Figure:
 
 def _draw_budgets(axis: Any, one: Stored, summary: pd.DataFrame) -> None:
     """Draw what so many tasks take, by searches alone and from predictions."""
-    spent = summary.groupby("method", sort=False)["mean_spent"].first()
+    near = summary[summary["factor"] == max(summary["factor"])].set_index("method")
+    spent = near["mean_rollouts"].drop(ONCE)
     scratch, n_trained = spent.pop(SCRATCH), one["n_samples"]
     n_tasks = np.arange(_MOST + 1)
     axis.plot(n_tasks, n_tasks * scratch, color="0.3", ls="--", label=SCRATCH)

@@ -49,6 +49,7 @@ if TYPE_CHECKING:
         task_density,
     )
     from msc.study._savings import (
+        ONCE,
         SCRATCH,
         break_even,
         budgets,

@@ -42,6 +42,9 @@ _PART = 5  # test tasks that a worker searches at a time
 SCRATCH = "from scratch"
 """What searches without a prediction are called among methods."""
 
+ONCE = "from scratch, one start"
+"""And what they are called with a single start, as searches from predictions have."""
+
 FACTORS = (1.05, 1.01)
 """Near enough: cost of the best policy so far, over that of the searched one."""
 
@@ -395,9 +398,11 @@ def run_savings(
     -------
     dict
         Fit for JSON; what is infinite is None. Under "summary" a row a method and
-        factor, see `summarise_savings`; under "break_even" from how many tasks on it
-        costs less to search 24 and to start all others from predictions, than to
-        search all.
+        factor, see `summarise_savings`; under "break_even" how many further tasks it
+        takes until 24 searches, and searches of these from predictions, cost less than
+        to search these from scratch. A search costs its rollouts until within 1.05
+        times the searched cost; one that never is goes on from scratch, and pays for
+        both.
     """
     grid, test = load_dataset(world), load_dataset(f"{world}_test")
     sets = draw_samples("even", grid.tasks, N_SAMPLES, n_draws=N_SETS, seed=seed)
@@ -414,11 +419,12 @@ def run_savings(
     timed = pd.concat(found, ignore_index=True)
     once = timed.drop_duplicates(["method", "task_deg", "set"])  # of two factors
     summary = summarise_savings(timed)
-    spent = summary.groupby("method", sort=False)["mean_spent"].first()
-    scratch = float(spent[SCRATCH])
+    near = summary[summary["factor"] == max(FACTORS)].set_index("method")
+    each = near["mean_rollouts"].drop(ONCE)
+    scratch = float(each.pop(SCRATCH))
     rows = [
-        {"method": method, "tasks": break_even(N_SAMPLES * scratch, each, scratch)}
-        for method, each in spent.drop(SCRATCH).items()
+        {"method": method, "tasks": break_even(N_SAMPLES * scratch, paid, scratch)}
+        for method, paid in each.items()
     ]
     tables = (find_data() / f"{name}.csv" for name in (world, f"{world}_test"))
     return {
@@ -449,7 +455,10 @@ def _search_part(
         fitted = fit_methods(*known, names=SAVERS, seed=seed, workspace=where)
         for name, method in fitted.items():
             starts[f"{number} {name}"] = method.predict(test.tasks[part])
-    timed = measure_savings(where, test.table.iloc[part], starts, seed=seed)
+    table = test.table.iloc[part]
+    once = measure_savings(where, table, {}, seed=seed, n_starts=1)
+    timed = measure_savings(where, table, starts, seed=seed)
+    timed = pd.concat([timed, once.assign(method=ONCE)], ignore_index=True)
     numbers = timed["method"].str.extract(r"^(\d+) ", expand=False).fillna("0")
     names = timed["method"].str.replace(r"^\d+ ", "", regex=True)
     return timed.assign(method=names, set=numbers.astype(int))
