@@ -226,9 +226,10 @@ def test_a_world_s_savings_are_those_of_its_searches(monkeypatch):
     found = run_savings("free", seed=3)
     assert (found["n_tasks"], found["n_sets"], found["n_samples"]) == (2, 2, 24)
     rows = pd.DataFrame(found["summary"])
-    assert rows["n_tasks"].tolist() == [2, 2, 4, 4]  # two factors; a set each
-    scratch, near = rows["mean_spent"][0], rows["mean_spent"][2]
-    assert found["rollouts"] == round(2 * scratch + 4 * near)
-    assert near < scratch / 4
+    assert rows["n_tasks"].tolist() == [2, 2, 2, 2, 4, 4]  # two factors; a set each
+    once, scratch, near = rows["mean_spent"][::2]
+    assert found["rollouts"] == round(2 * once + 2 * scratch + 4 * near)
+    assert near < once < scratch
     [even] = found["break_even"]
+    _, scratch, near = rows["mean_rollouts"][::2]
     assert even["tasks"] == break_even(24 * scratch, near, scratch)

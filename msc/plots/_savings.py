@@ -14,7 +14,6 @@ from msc.plots._tables import WORLD_TITLES, Stored, lay_out
 from msc.study import ONCE, SCRATCH
 
 _MOST = 100  # tasks to solve, that are drawn
-_BESIDE: Any = {"textcoords": "offset points", "fontsize": SMALL}
 
 
 @styled
@@ -55,6 +54,7 @@ def plot_savings(*found: Stored) -> Figure:
     axes[1, 0].set_ylabel("rollouts in all")
     axes[0, 0].legend(loc="center right")
     axes[1, 0].legend(loc="upper left")
+    axes[1, 0].set_ylim(bottom=0)
     return figure
 
 
@@ -71,9 +71,16 @@ def _draw_budgets(axis: Any, one: Stored, summary: pd.DataFrame) -> None:
         label = f"{n_trained} others, then from predictions" if ours else None
         axis.plot(n_tasks, total, label=label, **({"color": "0.7", "lw": 1} | look))
     even = {row["method"]: row["tasks"] for row in one["break_even"]}["charts"]
-    text = "" if even is None else f"break-even: {even:.0f} tasks"
-    axis.annotate(text, (even or 0, (even or 0) * scratch), (6, -14), **_BESIDE)
-    axis.set(xlabel="tasks to solve", xlim=(0, None), ylim=(0, None))
+    told = "never cheaper" if even is None else f"cheaper from {even:.0f} on"
+    axis.text(
+        0.98,
+        0.03,
+        f"charts: {told}",
+        transform=axis.transAxes,
+        ha="right",
+        fontsize=SMALL,
+    )
+    axis.set(xlabel="tasks to solve", xlim=(0, None))
 
 
 def savings_table(*found: Stored) -> pd.DataFrame:

@@ -458,7 +458,7 @@ def _search_part(
     table = test.table.iloc[part]
     once = measure_savings(where, table, {}, seed=seed, n_starts=1)
     timed = measure_savings(where, table, starts, seed=seed)
-    timed = pd.concat([timed, once.assign(method=ONCE)], ignore_index=True)
+    timed = pd.concat([once.assign(method=ONCE), timed], ignore_index=True)
     numbers = timed["method"].str.extract(r"^(\d+) ", expand=False).fillna("0")
     names = timed["method"].str.replace(r"^\d+ ", "", regex=True)
     return timed.assign(method=names, set=numbers.astype(int))
