@@ -8,9 +8,8 @@ study, the claims) is loaded by the faces `msc.search`, … when a command asks 
 
 import argparse
 import json
-import re
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -306,8 +305,8 @@ def _run_evaluate(options: argparse.Namespace) -> None:
     """Study both workspaces; write each one's results as soon as they are there."""
     worlds = "free", "obstacles"
     folder: Path = options.out_dir
-    if folder.is_file():
-        raise ValueError(f"out-dir={folder} is a file; wanted the name of a folder")
+    _check_folder(folder)
+    wanted = None if options.methods is None else _split_names(options.methods)
     what = {"profile": options.profile, "seed": options.seed, "jobs": options.jobs}
     what |= {"progress": True}
     for world in worlds:
@@ -315,16 +314,49 @@ def _run_evaluate(options: argparse.Namespace) -> None:
         check_output(out, ".json")
         for table in (world, f"{world}_test"):
             load_dataset(table)
-    names = options.methods
-    # A comma before a space is part of a name, as in "charts, Matérn".
-    wanted = re.split(",(?! )", names) if names else None
     for world in worlds:
         study = msc.study.run_study(world, folder, names=wanted, **what)
         _tell_results(folder / f"study_{world}.json", study)
+        _tell_failures(study, wanted or [*study["failed"]])
         if wanted is None:
             out = folder / f"elbow_{world}.json"
             known = json.loads(out.read_text("utf-8")) if out.is_file() else None
             _tell_results(out, msc.study.run_elbows(world, known=known, **what))
+
+
+def _check_folder(folder: Path) -> None:
+    """Refuse, before the work, what is no folder."""
+    if folder.is_file():
+        raise ValueError(f"out-dir={folder} is a file; wanted the name of a folder")
+
+
+def _split_names(text: str) -> list[str]:
+    """Split names at commas, some of which are in a name, as in "charts, Matérn".
+
+    Of names that begin alike it takes the longest.
+    """
+    parts, names = [part.strip() for part in text.split(",")], []
+    if not all(parts):
+        raise ValueError(f"methods={text!r} has an empty name; wanted NAME,…")
+    while parts:
+        ends = range(len(parts), 0, -1)
+        known = (n for n in ends if ", ".join(parts[:n]) in msc.study.METHODS)
+        n_parts = next(known, 1)
+        names.append(", ".join(parts[:n_parts]))
+        parts = parts[n_parts:]
+    return names
+
+
+def _tell_failures(study: Mapping[str, Any], names: Sequence[str]) -> None:
+    """Say whose fits failed, and why the first of them did."""
+    for name in names:
+        if failed := study["failed"].get(name):
+            where, why = next(iter(failed.items()))
+            print(
+                f"msc: {name!r} failed on {len(failed)} of its training sets in "
+                f"{study['workspace']!r}, first on {where}: {' '.join(why.split())}",
+                file=sys.stderr,
+            )
 
 
 def _add_savings(commands: Commands) -> None:
@@ -343,7 +375,13 @@ def _add_savings(commands: Commands) -> None:
 
 def _run_savings(options: argparse.Namespace) -> None:
     """Search test tasks of both workspaces from predictions, and from scratch."""
-    for world in ("free", "obstacles"):
+    worlds = "free", "obstacles"
+    _check_folder(options.out_dir)
+    for world in worlds:
+        check_output(options.out_dir / f"savings_{world}.json", ".json")
+        for table in (world, f"{world}_test"):
+            load_dataset(table)
+    for world in worlds:
         how = {"seed": options.seed, "jobs": options.jobs, "progress": True}
         found = msc.study.run_savings(world, **how)
         _tell_results(options.out_dir / f"savings_{world}.json", found)

@@ -361,6 +361,11 @@ def test_exactly_what_is_stale_is_done_again(tmp_path, monkeypatch):
         assert done == ["CrKr"]
         done.clear()
     path.write_bytes(path.read_bytes()[:100])  # torn
+    with pytest.raises(
+        ValueError, match=r"'CrKr': what .* 'free' cannot be read; make"
+    ):
+        keep(tmp_path, names=["charts"])
+    assert done == []
     assert keep(tmp_path) == first
     assert done == ["CrKr"]
 
@@ -377,6 +382,30 @@ def test_what_was_not_tried_is_not_there_and_what_is_unknown_is_named(
         keep(tmp_path, names=["CrKR"])
 
 
+@pytest.mark.parametrize("other", [{"profile": "full"}, {"seed": 8}])
+def test_results_of_another_profile_or_seed_are_not_overwritten(
+    other, tmp_path, monkeypatch
+):
+    monkeypatch.setitem(PROFILES, "quick", LEAST)
+    keep(tmp_path)
+    path = method_path(tmp_path, "free", "CrKr")
+    old = Trials.read(path)
+    Trials({**old.about, **other}, old.errors).write(path)
+    before = path.read_bytes()
+    monkeypatch.setattr("msc.study._study.call_in_order", None)  # not come to that
+    for names in (None, ["CrKr"], ["charts"]):
+        with pytest.raises(
+            ValueError, match=r"cr?kr\.npz was made with --profile .*dir"
+        ):
+            keep(tmp_path, names=names)
+    assert path.read_bytes() == before
+
+
+def test_a_name_that_is_nearly_one_is_answered_with_it():
+    with pytest.raises(ValueError, match=r"wanted some of \['charts', "):
+        run_study("free", Path(), names=["Chart"])
+
+
 def test_a_fit_that_fails_is_told_and_not_averaged(tmp_path, monkeypatch):
     least = replace(LEAST, repetitions=2, methods=("charts", "CrKr"))
     monkeypatch.setitem(PROFILES, "quick", least)
@@ -387,7 +416,8 @@ def test_a_fit_that_fails_is_told_and_not_averaged(tmp_path, monkeypatch):
     assert list(found["failed"]) == ["CrKr"]
     assert set(reasons.values()) == {"ValueError: no"}
     cell = find_cell(found, "even", 8)
-    assert cell["measures"]["error_cm"]["CrKr"]["mean"] is None
+    for by_method in cell["measures"].values():  # shares too: it is not "never near"
+        assert by_method["CrKr"]["mean"] is None
     assert cell["measures"]["error_cm"]["charts"]["mean"] > 0
     assert not cell["ratios"]
     json.loads(format_study(found))
@@ -602,6 +632,9 @@ def test_what_is_done_is_kept_when_interrupted(monkeypatch, tmp_path, capsys):
         ("--jobs 0", "jobs=0; wanted at least 1"),
         ("--seed -1", "seed=-1; wanted 0 or more"),
         ("--out-dir file", "out-dir=file is a file; wanted the name of a folder"),
+        ("--methods=", "methods='' has an empty name; wanted NAME,…"),
+        ("--methods charts,", "methods='charts,' has an empty name"),
+        ("--methods CrKR", "methods=['CrKR'] are unknown; wanted some of ['CrKr'"),
     ],
 )
 def test_bad_input_is_named_in_a_sentence(
@@ -618,6 +651,33 @@ def test_bad_input_is_named_in_a_sentence(
     assert err.count("\n") == 1
     assert complaint in err
     assert not list(tmp_path.iterdir())
+
+
+def test_commas_part_methods_and_may_be_in_their_names(monkeypatch, tmp_path, capsys):
+    asked = []
+
+    def study(world, folder, names, **_):
+        asked.append(names)
+        return {"workspace": world, "failed": {"CrKr": {"even/8/0": "E: no,\nnever"}}}
+
+    monkeypatch.setattr("msc.study.run_study", study)
+    for text in ("CrKr, charts,Matérn,charts, nearest neighbour", "charts, nope"):
+        assert main(["evaluate", "--out-dir", str(tmp_path), "--methods", text]) == 0
+    first = ["CrKr", "charts, Matérn", "charts", "nearest neighbour"]
+    assert asked == [first, first, ["charts", "nope"], ["charts", "nope"]]
+    told = "msc: 'CrKr' failed on 1 of its training sets in"
+    why = "first on even/8/0: E: no, never"
+    told = [f"{told} '{world}', {why}" for world in ("free", "obstacles")]
+    assert capsys.readouterr().err.splitlines() == told
+
+
+def test_savings_refuse_what_is_no_folder_before_the_work(monkeypatch, capsys):
+    monkeypatch.setattr("msc.study.run_savings", None)
+    Path("file").touch()
+    assert main(["savings", "--out-dir", "file"]) == 2
+    assert "out-dir=file is a file; wanted the name of a folder" in (
+        capsys.readouterr().err
+    )
 
 
 def test_a_missing_table_is_named_before_the_work(folder, monkeypatch, capsys):

@@ -9,8 +9,10 @@ from __future__ import annotations
 
 import hashlib
 import json
+import shlex
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from difflib import get_close_matches
 from functools import partial
 from importlib import metadata
 from pathlib import Path
@@ -167,14 +169,18 @@ def run_study(
     Raises
     ------
     ValueError
-        If the workspace, the profile or a method is unknown, the data are unusable, or
-        results of other tables, another protocol or other code are there, of a method
-        that is not among those to be tried.
+        If the workspace, the profile or a method is unknown, the data are unusable,
+        results of another profile or seed are there, which are never overwritten, or
+        results of other tables, another protocol or other code, of a method that is not
+        among those to be tried.
     """
     effort = _effort(profile)
     wanted = tuple(effort.methods if names is None else names)
     if unknown := [name for name in wanted if name not in METHODS]:
-        raise ValueError(f"methods={unknown} are unknown; wanted some of {[*METHODS]}")
+        raise ValueError(
+            f"methods={unknown} are unknown; wanted some of {_alike(unknown)}"
+        )
+    _check_kept(folder, profile, seed)
     datasets = grid, test = load_dataset(world), load_dataset(f"{world}_test")
     sets = list_sets(effort, grid.tasks, seed)
     origin = partial(_about, world, effort, sets, profile=profile, seed=seed)
@@ -197,6 +203,21 @@ def run_study(
         "provenance": _provenance(world, profile, seed),
         **_summarise(datasets, sets, known),
     }
+
+
+def _check_kept(folder: Path, profile: str, seed: int) -> None:
+    """Refuse, before the work, a folder with results of another profile or seed."""
+    for path in sorted(folder.glob("methods/*/*.npz")):
+        trials = Trials.read(path)
+        if trials is None:  # torn
+            continue
+        kept = trials.about.get("profile"), trials.about.get("seed")
+        if kept != (profile, seed):
+            raise ValueError(
+                f"{path} was made with --profile {kept[0]} --seed {kept[1]}, not "
+                f"--profile {profile} --seed {seed}; wanted the same, or another "
+                "--out-dir"
+            )
 
 
 def read_trials(
@@ -223,24 +244,34 @@ def read_trials(
     Raises
     ------
     ValueError
-        If the profile is unknown, or results are of other tables, another protocol or
-        other code.
+        If the profile is unknown, or results are torn, or of other tables, another
+        protocol or other code.
     """
     effort, known = _effort(profile), {}
     sets = list_sets(effort, load_dataset(world).tasks, seed)
     for name in effort.methods:
-        trials = Trials.read(method_path(folder, world, name))
-        if trials is None:
+        path = method_path(folder, world, name)
+        if not path.exists():
             continue
+        trials = Trials.read(path)
         about = _about(world, effort, sets, name, profile=profile, seed=seed)
-        if not _agrees(trials, about):
+        if trials is None or not _agrees(trials, about):
+            why = "rests on other tables, another protocol or other code"
             raise ValueError(
-                f"{name!r}: what is kept of it in {world!r} rests on other tables, "
-                "another protocol or other code; make it anew: msc evaluate "
-                f"--profile {profile} --methods {name!r}"
+                f"{name!r}: what is kept of it in {world!r} "
+                f"{'cannot be read' if trials is None else why}; make it anew: "
+                f"msc evaluate --profile {profile} --seed {seed} --out-dir {folder} "
+                f"--methods {shlex.quote(name)}"
             )
         known[name] = trials
     return known
+
+
+def _alike(unknown: Iterable[str]) -> list[str]:
+    """List the methods that are called nearly so, or all of them."""
+    plain = {name.casefold(): name for name in METHODS}
+    close = [get_close_matches(name.casefold(), plain) for name in unknown]
+    return [plain[name] for some in close for name in some] or [*METHODS]
 
 
 def _about(

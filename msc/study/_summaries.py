@@ -204,6 +204,8 @@ def summarise_cell(
 def _take(raw: Mapping[str, NDArray[Any]], measure: Measure) -> NDArray[Any]:
     """Return a method's errors by a measure."""
     errors = raw[measure.raw if measure.raw in raw else "mse"]
+    if np.isnan(errors).any():  # what a failed fit did is unknown, not far
+        return errors
     return errors < 1 if measure.is_near else errors
 
 
