@@ -96,13 +96,17 @@ def test_whoever_lacks_a_result_is_named():
     there = np.ones((2, 16))
     failed = np.where(np.arange(16) < 9, there, np.nan)
     everywhere = trials(a=there, b=2 * there, c=failed)
+    everywhere["e"] = Trials({}, {"even/12/touched": there})
+    everywhere["f"] = Trials({}, {"even/50/error_cm": there})
     found = rank_methods(
-        {"free": everywhere, "obstacles": everywhere}, [*"abcd"], **SMALL
+        {"free": everywhere, "obstacles": everywhere}, [*"abcdef"], **SMALL
     )
     assert list(found.means.index) == ["a", "b"]
     assert found.left_out == {
         "c": "failed in 'free' at n = 12",
         "d": "no results in 'free'",
+        "e": "has no error_cm",
+        "f": "not tried in 'free' at n = 12",
     }
     other = SMALL | {"sizes": (12, 24)}
     with pytest.raises(ValueError, match=r"\[\] have results everywhere; wanted two"):

@@ -260,6 +260,9 @@ def _lacks(
             return f"no results in {world!r}"
         errors = by_method[name].errors
         for key, size in wanted:
+            cell, _, measure = key.rpartition("/")
+            if key not in errors and any(one.startswith(f"{cell}/") for one in errors):
+                return f"has no {measure}"
             if key not in errors:
                 return f"not tried in {world!r} at {size}"
             if np.isnan(errors[key]).any():
