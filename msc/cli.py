@@ -383,7 +383,7 @@ def _run_savings(options: argparse.Namespace) -> None:
             load_dataset(table)
     for world in worlds:
         how = {"seed": options.seed, "jobs": options.jobs, "progress": True}
-        found = msc.study.run_savings(world, **how)
+        found = msc.study.run_savings(world, folder=options.out_dir / "savings", **how)
         _tell_results(options.out_dir / f"savings_{world}.json", found)
 
 

@@ -11,6 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import CensoredData, ecdf
 
+import msc.study._savings
 from msc import Workspace, load_dataset
 from msc.search import SearchOptions, search_curves, search_policy
 from msc.study import (
@@ -233,3 +234,36 @@ def test_a_world_s_savings_are_those_of_its_searches(monkeypatch):
     [even] = found["break_even"]
     _, scratch, near = rows["mean_rollouts"][::2]
     assert even["tasks"] == break_even(24 * scratch, near, scratch)
+
+
+def test_an_interrupted_run_goes_on(monkeypatch, tmp_path):
+    monkeypatch.chdir(Path(__file__).parents[1])
+    few = {"SAVERS": ("nearest neighbour",), "N_SETS": 1, "EVERY": 40, "_PART": 1}
+    for name, value in few.items():
+        monkeypatch.setattr(f"msc.study._savings.{name}", value)
+    searched, real = [], msc.study._savings.measure_savings
+
+    def measure(world, table, *given, **options):
+        if len(searched) == 3:  # two of them are a task
+            raise KeyboardInterrupt
+        searched.append(table["task_deg"].item())
+        return real(world, table, *given, **options, options=brief)
+
+    monkeypatch.setattr("msc.study._savings.measure_savings", measure)
+    with pytest.raises(KeyboardInterrupt):
+        run_savings("free", folder=tmp_path)
+    [kept] = tmp_path.glob("free-*/*.json")
+    searched.clear()
+    monkeypatch.setattr(
+        "msc.study._savings.measure_savings",
+        lambda *given, **how: (
+            searched.append(given[1]["task_deg"].item())
+            or real(*given, **how, options=brief)
+        ),
+    )
+    found = run_savings("free", folder=tmp_path)
+    first = table["task_deg"].iloc[0]
+    assert first not in searched
+    assert len(searched) == 4
+    assert not kept.exists()
+    assert run_savings("free") == found  # all at once

@@ -8,9 +8,13 @@ search that ends in a worse basin never is; it counts as just that.
 
 from __future__ import annotations
 
+import hashlib
+import json
 import math
+import shutil
 from collections.abc import Mapping, Sequence
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,8 +25,10 @@ from msc._parallel import call_in_order
 from msc.data import Dataset, describe_origin, find_data, load_dataset
 from msc.robot import Workspace
 from msc.search import SearchOptions, search_curves
-from msc.study._methods import fit_methods
+from msc.study._methods import build_method, fit_methods
 from msc.study._sampling import draw_samples
+from msc.study._store import identify_estimator, identify_module
+from press import checksum, replace_file
 
 SAVERS = (
     "charts",
@@ -379,7 +385,12 @@ def budgets(
 
 
 def run_savings(
-    world: str, *, seed: int = 0, jobs: int = 1, progress: bool = False
+    world: str,
+    *,
+    folder: Path | None = None,
+    seed: int = 0,
+    jobs: int = 1,
+    progress: bool = False,
 ) -> dict[str, Any]:
     """Search test tasks of a workspace from what methods predict.
 
@@ -387,6 +398,9 @@ def run_savings(
     ----------
     world : {"free", "obstacles"}
         The workspace and its data.
+    folder : Path, optional
+        Where searches are kept till all are done, so that a run that was interrupted
+        goes on; those of other tables, methods or code are not taken for these.
     seed : int, default=0
         Seed of the training sets, of methods and of the searches.
     jobs : int, default=1
@@ -408,7 +422,8 @@ def run_savings(
     sets = draw_samples("even", grid.tasks, N_SAMPLES, n_draws=N_SETS, seed=seed)
     chosen = np.arange(0, len(test.tasks), EVERY)
     parts = [chosen[k : k + _PART] for k in range(0, len(chosen), _PART)]
-    search = partial(_search_part, world, (grid, test), sets, seed)
+    kept = None if folder is None else folder / _identify(world, seed)
+    search = partial(_search_part, world, (grid, test), sets, seed=seed, kept=kept)
     found = call_in_order(
         search,
         [(part,) for part in parts],
@@ -426,7 +441,8 @@ def run_savings(
         {"method": method, "tasks": break_even(N_SAMPLES * scratch, paid, scratch)}
         for method, paid in each.items()
     ]
-    tables = (find_data() / f"{name}.csv" for name in (world, f"{world}_test"))
+    if kept is not None:
+        shutil.rmtree(kept)
     return {
         "workspace": world,
         "seed": seed,
@@ -434,20 +450,39 @@ def run_savings(
         "n_sets": len(sets),
         "n_tasks": len(chosen),
         "rollouts": int(once["n_rollouts"].sum()),
-        "provenance": describe_origin(f"msc savings --seed {seed}", *tables),
+        "provenance": describe_origin(f"msc savings --seed {seed}", *_tables(world)),
         "summary": _plain(summary),
         "break_even": _plain(pd.DataFrame(rows)),
     }
+
+
+def _tables(world: str) -> list[Path]:
+    return [find_data() / f"{name}.csv" for name in (world, f"{world}_test")]
+
+
+def _identify(world: str, seed: int) -> str:
+    """Name what searches rest on."""
+    where = Workspace.named(world)
+    told = [f"{world} {seed} {SAVERS}", identify_module(__name__)]
+    told += [checksum(table) for table in _tables(world)]
+    built = (build_method(name, seed=seed, workspace=where) for name in SAVERS)
+    told += [identify_estimator(one) for one in built]
+    return f"{world}-{hashlib.sha256(' '.join(told).encode()).hexdigest()[:16]}"
 
 
 def _search_part(
     world: str,
     datasets: tuple[Dataset, Dataset],
     sets: Sequence[NDArray[np.intp]],
-    seed: int,
     part: NDArray[np.intp],
+    *,
+    seed: int,
+    kept: Path | None,
 ) -> pd.DataFrame:
     """Search some test tasks from scratch, and from the predictions of all methods."""
+    path = None if kept is None else kept / f"{part[0]}.json"
+    if path is not None and path.is_file():
+        return pd.DataFrame(json.loads(path.read_text("utf-8")))
     (grid, test), where = datasets, Workspace.named(world)
     starts: dict[str, ArrayLike] = {}
     for number, chosen in enumerate(sets):
@@ -461,7 +496,10 @@ def _search_part(
     timed = pd.concat([once.assign(method=ONCE), timed], ignore_index=True)
     numbers = timed["method"].str.extract(r"^(\d+) ", expand=False).fillna("0")
     names = timed["method"].str.replace(r"^\d+ ", "", regex=True)
-    return timed.assign(method=names, set=numbers.astype(int))
+    timed = timed.assign(method=names, set=numbers.astype(int))
+    if path is not None:
+        replace_file(path, json.dumps(timed.to_dict("list")))
+    return timed
 
 
 def _plain(table: pd.DataFrame) -> list[dict[str, Any]]:
