@@ -23,6 +23,7 @@ from msc import Workspace, load_dataset
 from msc.data import describe_origin, find_data
 from msc.estimates import six_digits
 from msc.study import METHODS, draw_samples, fit_methods, format_study
+from msc.study._study import PROFILES
 from press import replace_file
 
 RESULTS = Path(__file__).parents[1] / "data" / "results" / "times.json"
@@ -78,7 +79,14 @@ def measure(names: list[str], sizes: tuple[int, ...], rounds: int) -> dict[str, 
     names = [LIKE, *(name for name in names if name != LIKE)]
     fits: dict[tuple[str, int], list[float]] = {}
     predictions: dict[tuple[str, int], list[float]] = {}
-    turns = [(k, n, name) for k in range(rounds) for n in sizes for name in names]
+    timed = {name: sizes_of(name, sizes) for name in names}
+    turns = [
+        (k, n, name)
+        for k in range(rounds)
+        for n in sizes
+        for name in names
+        if n in timed[name]
+    ]
     for number, n_samples, name in tqdm(turns, unit="fit"):
         known = training_set(n_samples, number)
         fit, predict = time_method(name, known)
@@ -86,11 +94,19 @@ def measure(names: list[str], sizes: tuple[int, ...], rounds: int) -> dict[str, 
         predictions.setdefault((name, n_samples), []).append(predict)
     return {
         name: {
-            what: {f"{n}": summarise(taken[name, n], taken[LIKE, n]) for n in sizes}
+            what: {
+                f"{n}": summarise(taken[name, n], taken[LIKE, n]) for n in timed[name]
+            }
             for what, taken in (("fit", fits), ("predict", predictions))
         }
         for name in names
     }
+
+
+def sizes_of(name: str, sizes: tuple[int, ...]) -> tuple[int, ...]:
+    """Return the numbers of training tasks that a method is tried on, of those."""
+    few = METHODS[name].sets == "few"
+    return tuple(n for n in sizes if not few or n in PROFILES["full"].few_sizes)
 
 
 def training_set(n_samples: int, number: int) -> tuple[Any, ...]:

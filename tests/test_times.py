@@ -5,6 +5,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from msc.plots import load_times, plot_times, times_table
@@ -68,11 +69,28 @@ def test_the_quickest_is_on_top(times):
     assert right.get_title(loc="left") == "predict 120 tasks (s)"
 
 
+def test_who_is_tried_at_one_size_is_timed_there_alone(times):
+    one = {"seconds": {"median": 9.0}, "over_charts": {"median": 3.0}}
+    more = {name: {"fit": {"12": one, "24": one}, "predict": {"12": one, "24": one}}
+            for name in ("charts", "random forest")}  # fmt: skip
+    few = {"contextual search": {"fit": {"24": one}, "predict": {"24": one}}}
+    found = times | {"methods": more | few}
+    table = times_table(found)["fit (s)"]
+    assert table.loc["contextual search"].tolist() == ["not timed", "9.00"]
+    twelve, twentyfour = (line.get_xdata() for line in plot_times(found).axes[0].lines)
+    assert np.isnan(twelve).sum() == 1
+    assert not np.isnan(twentyfour).any()
+
+
 def test_committed_times_are_of_a_full_run():
     committed = load_times()
     assert committed["quick"] is False
     assert committed["rounds"] > 1
-    assert {*committed["methods"]} <= {*METHODS}
+    wanted = {name for name, method in METHODS.items() if method.sets != "sweep"}
+    assert {*committed["methods"]} == wanted
+    for name, one in committed["methods"].items():
+        sizes = ["24"] if METHODS[name].sets == "few" else ["12", "24", "50"]
+        assert [*one["fit"]] == [*one["predict"]] == sizes
 
 
 def test_a_missing_file_is_named(tmp_path):

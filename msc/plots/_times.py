@@ -59,6 +59,11 @@ def _by_time(times: Times, apart: Sequence[str] = ()) -> list[str]:
     return sorted(found.keys() - out, key=lambda name: (seconds(name), name))
 
 
+def _sizes(times: Times) -> list[str]:
+    """List the numbers of training tasks; not every method is timed at each."""
+    return max((list(one["fit"]) for one in times["methods"].values()), key=len)
+
+
 @styled
 def plot_times(times: Times, *, apart: Sequence[str] = APART) -> Figure:
     """Draw how long each method fits, and predicts.
@@ -84,11 +89,11 @@ def plot_times(times: Times, *, apart: Sequence[str] = APART) -> Figure:
     )
     heads = "fit, tuned (s)", f"predict {times['n_predicted']} tasks (s)"
     for axis, what, head in zip(axes, ("fit", "predict"), heads, strict=True):
-        sizes = times["methods"][names[0]][what]
+        sizes = _sizes(times)
         for size, look in zip(sizes, COUNT_STYLES, strict=False):
+            timed = (times["methods"][name][what].get(size) for name in names)
             taken = [
-                times["methods"][name][what][size]["seconds"]["median"]
-                for name in names
+                np.nan if one is None else one["seconds"]["median"] for one in timed
             ]
             more = look | {"ls": "", "ms": 4, "label": f"n = {size}"}
             axis.plot(taken, places, **more)
@@ -121,14 +126,12 @@ def times_table(times: Times, *studies: Stored) -> pd.DataFrame:
     known = times["methods"]
     listed = [name for name, method in METHODS.items() if method.sets != "sweep"]
     names = [*_by_time(times), *(name for name in listed if name not in known)]
-    sizes = [*known[names[0]]["fit"]]
+    sizes = _sizes(times)
     size = _MIDDLE if _MIDDLE in sizes else sizes[0]
 
     def take(what: str, n: str, kind: str, unit: float = 1.0) -> list[float | None]:
-        return [
-            unit * known[name][what][n][kind]["median"] if name in known else None
-            for name in names
-        ]
+        timed = (known.get(name, {}).get(what, {}).get(n) for name in names)
+        return [None if one is None else unit * one[kind]["median"] for one in timed]
 
     columns: dict[tuple[str, str], list[Any]] = {
         ("fit (s)", f"n = {n}"): take("fit", n, "seconds") for n in sizes
