@@ -17,7 +17,6 @@ from msc.search import SearchOptions, search_curves, search_policy
 from msc.study import (
     SCRATCH,
     break_even,
-    budgets,
     measure_savings,
     run_savings,
     summarise_savings,
@@ -183,22 +182,6 @@ def test_break_even_is_the_first_task_at_which_it_is_cheaper(fixed, own, scratch
         assert found == cheaper[0]
     else:
         assert found == math.inf or found >= 2000
-
-
-def test_budgets_add_up():
-    searched, costs = fake(2)
-    own = [np.append(one[-1:], one) for one in costs]
-    found = summary(own, costs, searched).reset_index()
-    table = budgets(found, {"ours": 700.0}, [0, 10], column="mean_spent")
-    spent = found.set_index("method")["mean_spent"]
-    assert table["rollouts"].tolist() == pytest.approx(
-        [0, 10 * spent[SCRATCH], 700, 700 + 10 * spent["ours"]]
-    )
-    assert (table["break_even"] == math.inf).all()  # one rollout more a task
-    with pytest.raises(ValueError, match=r"fixed lacks \['ours'\]; wanted a budget"):
-        budgets(found, {}, [1])
-    with pytest.raises(ValueError, match="column='median_rollouts'; wanted one of"):
-        budgets(found, {"ours": 0}, [1], column="median_rollouts")
 
 
 def test_a_perfect_prediction_is_there_with_the_first_rollout():

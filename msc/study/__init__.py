@@ -17,7 +17,7 @@ does.
 - `run_elbows` and, below it, `read_elbows`, `measure_elbows`, `most_picked`,
   `choose_criterion`, `compare_gates`, `average_gates`, `compare_clusterers`: the
   choices inside a skill
-- `measure_savings` and, above it, `time_searches`, `summarise_savings`, `budgets`,
+- `measure_savings` and, above it, `time_searches`, `summarise_savings`,
   `break_even`: what predicting saves of searching
 - `audit_table`: evidence on a table of policies
 - `locate_cut`, `choose_layout`: what fixed the world's two free constants
@@ -52,7 +52,6 @@ if TYPE_CHECKING:
         ONCE,
         SCRATCH,
         break_even,
-        budgets,
         measure_savings,
         run_savings,
         summarise_savings,
