@@ -289,12 +289,7 @@ def _add_evaluate(commands: Commands) -> None:
     add_profile(parser)
     add_seed(parser)
     add_jobs(parser)
-    parser.add_argument(
-        "--out-dir",
-        type=Path,
-        default=Path("data/results"),
-        help="a folder (data/results)",
-    )
+    _add_out_dir(parser)
     parser.add_argument(
         "--methods", metavar="NAME,…", help="whom to try (all, where that is stale)"
     )
@@ -305,15 +300,10 @@ def _run_evaluate(options: argparse.Namespace) -> None:
     """Study both workspaces; write each one's results as soon as they are there."""
     worlds = "free", "obstacles"
     folder: Path = options.out_dir
-    _check_folder(folder)
+    _check_before(folder, "study", worlds)
     wanted = None if options.methods is None else _split_names(options.methods)
     what = {"profile": options.profile, "seed": options.seed, "jobs": options.jobs}
     what |= {"progress": True}
-    for world in worlds:
-        out = folder / f"study_{world}.json"
-        check_output(out, ".json")
-        for table in (world, f"{world}_test"):
-            load_dataset(table)
     for world in worlds:
         study = msc.study.run_study(world, folder, names=wanted, **what)
         _tell_results(folder / f"study_{world}.json", study)
@@ -324,10 +314,21 @@ def _run_evaluate(options: argparse.Namespace) -> None:
             _tell_results(out, msc.study.run_elbows(world, known=known, **what))
 
 
-def _check_folder(folder: Path) -> None:
-    """Refuse, before the work, what is no folder."""
+def _add_out_dir(parser: argparse.ArgumentParser) -> None:
+    """Declare where results go."""
+    where = Path("data/results")
+    about = f"a folder ({where.as_posix()})"
+    parser.add_argument("--out-dir", type=Path, default=where, help=about)
+
+
+def _check_before(folder: Path, kind: str, worlds: Sequence[str]) -> None:
+    """Refuse, before the work, a folder that takes no results, or tables amiss."""
     if folder.is_file():
         raise ValueError(f"out-dir={folder} is a file; wanted the name of a folder")
+    for world in worlds:
+        check_output(folder / f"{kind}_{world}.json", ".json")
+        for table in (world, f"{world}_test"):
+            load_dataset(table)
 
 
 def _split_names(text: str) -> list[str]:
@@ -364,23 +365,14 @@ def _add_savings(commands: Commands) -> None:
     parser = commands.add_parser("savings", help="search from what methods predict")
     add_seed(parser)
     add_jobs(parser)
-    parser.add_argument(
-        "--out-dir",
-        type=Path,
-        default=Path("data/results"),
-        help="a folder (data/results)",
-    )
+    _add_out_dir(parser)
     parser.set_defaults(run=_run_savings)
 
 
 def _run_savings(options: argparse.Namespace) -> None:
     """Search test tasks of both workspaces from predictions, and from scratch."""
     worlds = "free", "obstacles"
-    _check_folder(options.out_dir)
-    for world in worlds:
-        check_output(options.out_dir / f"savings_{world}.json", ".json")
-        for table in (world, f"{world}_test"):
-            load_dataset(table)
+    _check_before(options.out_dir, "savings", worlds)
     for world in worlds:
         how = {"seed": options.seed, "jobs": options.jobs, "progress": True}
         found = msc.study.run_savings(world, folder=options.out_dir / "savings", **how)

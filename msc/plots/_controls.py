@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from msc.plots._style import COLOURS, COUNT_STYLES, TRIO, styled
 from msc.plots._tables import WORLD_TITLES, Stored
-from msc.study import MEASURES, find_cell
+from msc.study import MEASURES, count_ahead, find_cell
 
 BOTH = ("error_cm", "mse, gate learned")  # what the arm did, and the paper's measure
 
@@ -264,20 +264,16 @@ def count_wins(study: Stored, measure: str, method: str, baseline: str) -> pd.Da
     -------
     DataFrame
         One row a number of training tasks that both were tried on: "ratio" of the means
-        over all sets, number of "sets", and of those "won".
+        over the sets that both have, number of these "sets", and of those "won".
     """
     rows = {}
     for cell in _even(study):
         found = cell["measures"][measure]
         if {method, baseline} <= found.keys():
-            ours, theirs = (
-                np.array(found[name]["per_repetition"]) for name in (method, baseline)
-            )
-            rows[cell["n_samples"]] = {
-                "ratio": _mean(found[method]) / _mean(found[baseline]),
-                "sets": len(ours),
-                "won": int((ours < theirs).sum()),
-            }
+            won, n_sets = count_ahead(cell, measure, method, baseline)
+            ours, theirs = (_mean(found[name], n_sets) for name in (method, baseline))
+            row = {"ratio": ours / theirs, "sets": n_sets, "won": won}
+            rows[cell["n_samples"]] = row
     table = pd.DataFrame.from_dict(rows, orient="index")
     return table.rename_axis("training tasks")
 

@@ -65,11 +65,12 @@ def _draw_budgets(axis: Any, one: Stored, summary: pd.DataFrame) -> None:
     scratch, n_trained = spent.pop(SCRATCH), one["n_samples"]
     n_tasks = np.arange(_MOST + 1)
     axis.plot(n_tasks, n_tasks * scratch, color="0.3", ls="--", label=SCRATCH)
-    for name, ours in (("charts", True), *((name, False) for name in spent.index)):
-        total = n_trained * scratch + n_tasks * spent[name]
-        look: Any = {"color": COLOURS["charts"], "zorder": 3} if ours else {}
-        label = f"{n_trained} others, then from predictions" if ours else None
-        axis.plot(n_tasks, total, label=label, **({"color": "0.7", "lw": 1} | look))
+    for name, paid in spent.items():
+        look: Any = {"color": "0.7", "lw": 1}
+        if name == "charts":
+            look["label"] = f"{n_trained} others, then from predictions"
+            look |= {"color": COLOURS["charts"], "zorder": 3}
+        axis.plot(n_tasks, n_trained * scratch + n_tasks * paid, **look)
     even = {row["method"]: row["tasks"] for row in one["break_even"]}["charts"]
     told = "never cheaper" if even is None else f"cheaper from {even:.0f} on"
     axis.text(
