@@ -15,6 +15,12 @@ from typing import TYPE_CHECKING
 from press import face
 
 if TYPE_CHECKING:
+    from msc.data._graph import (
+        find_jump_edges,
+        find_neighbors,
+        find_pieces,
+        task_edges,
+    )
     from msc.data._jumps import find_jumps, make_two_arcs, step_sizes
     from msc.data._tables import (
         COLUMNS,
@@ -23,8 +29,10 @@ if TYPE_CHECKING:
         describe_origin,
         find_data,
         find_table,
+        find_world,
         load_dataset,
         load_results,
+        name_weights,
         read_package,
         read_result,
         save_table,

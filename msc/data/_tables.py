@@ -19,9 +19,33 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from msc._checks import LARGEST
+from msc.robot import TASK_NUMBERS, Workspace, read_world
 from press import checksum, locked, replace_files
 
-WEIGHTS = tuple(f"weight_{axis}{number}" for axis in "xy" for number in (1, 2, 3))
+
+def name_weights(n_params: int) -> tuple[str, ...]:
+    """Name the columns of a policy.
+
+    Parameters
+    ----------
+    n_params : int
+        Length of a policy.
+
+    Returns
+    -------
+    tuple of str
+        The weights of x, then those of y.
+
+    Examples
+    --------
+    >>> name_weights(4)
+    ('weight_x1', 'weight_x2', 'weight_y1', 'weight_y2')
+    """
+    numbers = range(1, n_params // 2 + 1)
+    return tuple(f"weight_{axis}{number}" for axis in "xy" for number in numbers)
+
+
+WEIGHTS = name_weights(6)
 
 COLUMNS: dict[str, tuple[str, str]] = {
     "task_deg": ("number", "Task angle, counted from the cut (degrees)"),
@@ -46,6 +70,11 @@ COLUMNS: dict[str, tuple[str, str]] = {
     "seed": ("integer", "Seed of the search"),
 }
 
+_FURTHER: dict[str, tuple[str, str]] = {
+    name: ("number", f"Of the task: {what} ({name.rpartition('_')[2]})")
+    for name, what in TASK_NUMBERS.items()
+}
+
 PACKAGE = "datapackage.json"
 _SEPARATORS = {
     ",": "commas",
@@ -54,6 +83,8 @@ _SEPARATORS = {
     "|": "pipes",
     " ": "spaces",
 }
+WORLDS = "worlds"  # a folder beside the tables
+_NAME = re.compile(r"[\w-]+")
 _NAMED = ("free", "obstacles", "free_test", "obstacles_test")
 _PACKAGES = ("msc", "numpy", "scipy", "cma", "pybullet")
 
@@ -81,14 +112,51 @@ def find_data() -> Path:
     return next((data for data in folders if (data / PACKAGE).is_file()), beside)
 
 
+def find_world(name: str | Path) -> Workspace:
+    """Find a world by its name.
+
+    Parameters
+    ----------
+    name : str or Path
+        "free", "obstacles", one of `data/worlds`, or a path to a world's file.
+
+    Returns
+    -------
+    Workspace
+        The world.
+
+    Raises
+    ------
+    ValueError
+        If there is none, or it cannot be.
+
+    Examples
+    --------
+    >>> find_world("obstacles") == Workspace.obstacles()
+    True
+    """
+    if Path(name).suffix == ".toml":
+        return read_world(name)
+    file = find_data() / WORLDS / f"{name}.toml"
+    if _NAME.fullmatch(str(name)) and file.is_file():
+        return read_world(file)
+    try:
+        return Workspace.named(str(name))
+    except ValueError as error:
+        raise ValueError(
+            f"{error}, one of {WORLDS} in the folder of the data, or a .toml file"
+        ) from None
+
+
 def find_table(name: str | Path) -> Path:
     """Find a table by its name.
 
     Parameters
     ----------
     name : str or Path
-        "free", "obstacles", "free_test" or "obstacles_test", as text or as a path that
-        is no more than that; or a path to a table.
+        "free", "obstacles", "free_test" or "obstacles_test", or a table of a world in
+        `data/worlds`, as text or as a path that is no more than that; or a path to a
+        table.
 
     Returns
     -------
@@ -102,7 +170,18 @@ def find_table(name: str | Path) -> Path:
     >>> find_table("elsewhere/free.csv")
     PosixPath('elsewhere/free.csv')
     """
-    return find_data() / f"{name}.csv" if str(name) in _NAMED else Path(name)
+    if str(name) in _NAMED:
+        return find_data() / f"{name}.csv"
+    if _NAME.fullmatch(str(name)):
+        of_world = find_data() / WORLDS / f"{name}.csv"
+        if of_world.is_file() or of_world.with_name(_world_of(of_world)).is_file():
+            return of_world
+    return Path(name)
+
+
+def _world_of(table: Path) -> str:
+    """Return the name of the file of a table's world."""
+    return f"{table.stem.removesuffix('_test')}.toml"
 
 
 class Dataset(NamedTuple):
@@ -110,8 +189,9 @@ class Dataset(NamedTuple):
 
     Attributes
     ----------
-    tasks : ndarray of shape (n_tasks, 1)
-        Task angles in radians, counted from the cut: in [0, 2π), ascending.
+    tasks : ndarray of shape (n_tasks, n_numbers)
+        Task angles in radians, counted from the cut: in [0, 2π), ascending; further
+        numbers of a task in metres and radians.
     policies : ndarray of shape (n_tasks, n_params)
         Their policies.
     table : DataFrame
@@ -167,9 +247,31 @@ def load_dataset(name: str | Path) -> Dataset:
         table = _read(path)
     except ValueError as error:
         raise ValueError(f"{path.name}: {error}") from None
-    table = table.sort_values("task_deg", ignore_index=True)
-    tasks = np.deg2rad(table[["task_deg"]].to_numpy())
-    return Dataset(tasks, table[list(WEIGHTS)].to_numpy(), table)
+    names = _task_columns(table)
+    table = table.sort_values(names, ignore_index=True)
+    tasks = table[names].to_numpy()
+    is_angle = [one.endswith("_deg") for one in names]
+    tasks = np.where(is_angle, np.deg2rad(tasks), tasks)
+    return Dataset(tasks, table[_weight_columns(table)].to_numpy(), table)
+
+
+def _task_columns(table: pd.DataFrame) -> list[str]:
+    """Name a table's columns of tasks."""
+    return ["task_deg", *(name for name in _FURTHER if name in table)]
+
+
+def _weight_columns(table: pd.DataFrame) -> list[str]:
+    """Name a table's columns of policies."""
+    n_params = sum(str(name).startswith("weight_") for name in table)
+    return list(name_weights(n_params))
+
+
+def _columns(table: pd.DataFrame) -> dict[str, tuple[str, str]]:
+    """Describe a table's columns: those of any table, with its tasks and weights."""
+    tasks = {name: (COLUMNS | _FURTHER)[name] for name in _task_columns(table)}
+    weights = dict.fromkeys(_weight_columns(table), COLUMNS[WEIGHTS[0]])
+    others = {k: v for k, v in COLUMNS.items() if k not in WEIGHTS}
+    return tasks | weights | others
 
 
 def _read(path: Path) -> pd.DataFrame:
@@ -177,7 +279,10 @@ def _read(path: Path) -> pd.DataFrame:
     try:
         table = pd.read_csv(path, skipinitialspace=True)
         table.columns = table.columns.astype(str).str.strip()
-        missing = [column for column in COLUMNS if column not in table]
+        wanted = {**COLUMNS, **_columns(table)}
+        if not {*WEIGHTS} <= {*table} and {*_weight_columns(table)} <= {*table}:
+            wanted = _columns(table)  # fewer weights than usual
+        missing = [column for column in wanted if column not in table]
         if missing:
             found = ", ".join(map(repr, table.columns[:3]))
             raise ValueError(
@@ -195,14 +300,12 @@ def _read(path: Path) -> pd.DataFrame:
         )
     if table.empty:
         raise ValueError("no rows; wanted at least one task")
-    for name, (kind, _) in COLUMNS.items():
+    for name, (kind, _) in _columns(table).items():
         if kind != "string":
             table[name] = _numbers(name, kind, table[name])
-    tasks = table["task_deg"]
-    if tasks.duplicated().any():
-        raise ValueError(
-            f"duplicate tasks at task_deg={tasks[tasks.duplicated()].tolist()}"
-        )
+    tasks, again = table["task_deg"], table.duplicated(_task_columns(table))
+    if again.any():
+        raise ValueError(f"duplicate tasks at task_deg={tasks[again].tolist()}")
     beyond = tasks[~tasks.between(0, 360, "left")].tolist()
     if beyond:
         raise ValueError(
@@ -224,7 +327,7 @@ def _numbers(name: str, kind: str, column: pd.Series) -> pd.Series:
     if not np.isfinite(values.fillna(0.0) if name == "margin" else values).all():
         raise ValueError(f"NaN or infinite values in {name}")
     largest = values.abs().max()
-    if name in WEIGHTS and largest > LARGEST:
+    if name.startswith("weight_") and largest > LARGEST:
         raise ValueError(f"{name} reaches {largest:g}; wanted at most {LARGEST:g}")
     if kind == "integer" and (values % 1 != 0).any():
         raise ValueError(f"{name} holds fractions; wanted whole numbers")
@@ -256,12 +359,13 @@ def save_table(
     OSError
         If one of the two cannot be written; both are then left as they were.
     """
-    text = table[list(COLUMNS)].to_csv(index=False, lineterminator="\n")
+    columns = _columns(table)
+    text = table[list(columns)].to_csv(index=False, lineterminator="\n")
     content = text.encode()
     versions = {name: metadata.version(name) for name in _PACKAGES}
     fields = [
         {"name": name, "type": kind, "description": description}
-        for name, (kind, description) in COLUMNS.items()
+        for name, (kind, description) in columns.items()
     ]
     resource = {
         "name": path.stem.replace("_", "-"),
@@ -275,7 +379,7 @@ def save_table(
         "seed": seed,
         **extra,
         "versions": {"python": platform.python_version()} | versions,
-        "schema": {"fields": fields, "primaryKey": ["task_deg"]},
+        "schema": {"fields": fields, "primaryKey": _task_columns(table)},
     }
     path.parent.mkdir(parents=True, exist_ok=True)
     with locked(path.parent):  # another search may end in this folder

@@ -34,11 +34,18 @@ if TYPE_CHECKING:
     from msc.robot._dmp import DMP, check_policies
     from msc.robot._kinematics import forward_kinematics, inverse_kinematics
     from msc.robot._workspace import (
+        ENGINES,
         LINK_RADIUS,
+        TASK_NUMBERS,
         Circle,
+        CostWeights,
+        Physics,
+        TaskRange,
         Workspace,
         clearance,
+        home_pose,
         random_circles,
     )
+    from msc.robot._world_file import format_world, read_world
 
 __all__, __getattr__, __dir__ = face(__name__, __file__)

@@ -15,13 +15,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from msc._checks import LARGEST, check_kind, check_whole, to_floats
 from msc.robot._bullet import BulletWorld
-from msc.robot._control import TIME_STEP, ControllerGains
+from msc.robot._control import ControllerGains
 from msc.robot._dmp import DMP, check_policies
 from msc.robot._kinematics import forward_kinematics, inverse_kinematics
+from msc.robot._mujoco import MujocoWorld
 from msc.robot._workspace import Workspace
 
-N_MOVING, N_SETTLING = 60, 6  # steps: one second of movement, a tenth to settle
-N_STEPS = N_MOVING + N_SETTLING
 _MOST_PARALLEL = 256
 
 
@@ -53,6 +52,11 @@ class Rollout:
     contact_impulse: float
 
     @property
+    def length(self) -> float:
+        """Length of the joints' path, the sum over the joints (rad)."""
+        return float(np.abs(np.diff(self.joints, axis=0)).sum())
+
+    @property
     def touched(self) -> bool:
         """Whether the arm met an obstacle."""
         return self.contact_impulse > 0
@@ -70,9 +74,9 @@ class Arm:
     workspace : Workspace
         Where it stands.
     dmp : DMP, optional
-        What a policy means; by default ``DMP()``.
+        What a policy means; by default the workspace's.
     controller : ControllerGains, optional
-        Gains of the PID controller; by default ``ControllerGains()``.
+        Gains of the PID controller; by default the workspace's.
     n_parallel : int, default=9
         Copies simulated side by side, from 1 to 256: CMA-ES asks for nine policies at
         a time.
@@ -109,20 +113,22 @@ class Arm:
     ) -> None:
         check_whole("n_parallel", n_parallel, 1, _MOST_PARALLEL)
         check_kind("workspace", workspace, Workspace)
-        dmp = DMP() if dmp is None else dmp
+        dmp = workspace.dmp if dmp is None else dmp
         check_kind("dmp", dmp, DMP)
-        controller = ControllerGains() if controller is None else controller
+        controller = workspace.controller if controller is None else controller
         check_kind("controller", controller, ControllerGains)
         self.workspace = workspace
         self.dmp = dmp
         self.n_parallel = n_parallel
-        self._world = BulletWorld(workspace, controller, n_parallel)
+        engine = {"pybullet": BulletWorld, "mujoco": MujocoWorld}
+        open_world = engine[workspace.physics.engine]
+        self._world = open_world(workspace, controller, n_parallel)
         self._unclosed = weakref.finalize(self, _warn_of_unclosed, workspace.name)
         self._unclosed.atexit = False
 
     @property
     def client_id(self) -> int:
-        """PyBullet's number of the physics world."""
+        """PyBullet's number of the physics world; of MuJoCo's 0, or -1 if closed."""
         return self._world.client_id
 
     def __enter__(self) -> Arm:
@@ -159,7 +165,7 @@ class Arm:
         policy : array_like of shape (n_params,)
             Weights of Eq. 7.
         task_deg : float
-            Task angle (degrees).
+            Task angle (degrees); where tasks have further numbers, a row of them.
 
         Returns
         -------
@@ -186,7 +192,8 @@ class Arm:
         policies : array_like of shape (n_policies, n_params)
             Weights of Eq. 7.
         task_deg : float or array_like of shape (n_policies,)
-            Task angle of all, or of each (degrees).
+            Task angle of all, or of each (degrees); where tasks have further numbers,
+            a row of them, or as many rows as policies.
 
         Returns
         -------
@@ -202,12 +209,14 @@ class Arm:
             a rollout.
         """
         checked = np.atleast_2d(check_policies(policies, self.dmp.n_params))
-        targets = self._targets(task_deg, len(checked))
+        tasks = self._tasks(task_deg, len(checked))
         rollouts = []
         for first in range(0, len(checked), self.n_parallel):
             batch = slice(first, first + self.n_parallel)
-            plan = self.plan(checked[batch], targets[batch])
-            rollouts += self._follow(plan, targets[batch])
+            targets = self.workspace.target(tasks[batch])
+            homes = self.workspace.home_of(tasks[batch])
+            plan = self.plan(checked[batch], targets, homes)
+            rollouts += self._follow(plan, tasks[batch])
         return rollouts
 
     def follow(
@@ -220,7 +229,7 @@ class Arm:
         plans : array_like of shape (n_plans, n_steps + 1, 3)
             Joint angles (rad), as `plan` gives them.
         task_deg : float or array_like of shape (n_plans,)
-            Task angle of all, or of each (degrees).
+            Task angle of all, or of each (degrees), as for `execute_many`.
 
         Returns
         -------
@@ -236,44 +245,52 @@ class Arm:
             a rollout.
         """
         joints = to_floats("plans", plans)
-        wanted = (N_STEPS + 1, 3)
+        wanted = (self.workspace.physics.n_steps + 1, 3)
         if joints.shape[1:] != wanted or not (np.abs(joints) <= LARGEST).all():
             raise ValueError(
                 f"plans have shape {joints.shape}; wanted (n_plans, {wanted[0]}, "
                 f"{wanted[1]}), all of finite angles"
             )
-        targets = self._targets(task_deg, len(joints))
+        tasks = self._tasks(task_deg, len(joints))
         rollouts = []
         for first in range(0, len(joints), self.n_parallel):
             batch = slice(first, first + self.n_parallel)
-            rollouts += self._follow(joints[batch], targets[batch])
+            rollouts += self._follow(joints[batch], tasks[batch])
         return rollouts
 
-    def _targets(
+    def _tasks(
         self, task_deg: float | Sequence[float], n_rollouts: int
     ) -> NDArray[np.float64]:
-        """Return the goal of each rollout."""
-        angles = to_floats("task_deg", task_deg)
-        if angles.ndim and angles.shape != (n_rollouts,):
+        """Return the task of each rollout."""
+        tasks, further = to_floats("task_deg", task_deg), self.workspace.further
+        one = (len(further) + 1,) if further else ()
+        if tasks.shape not in (one, (n_rollouts, *one)):
+            what = f"row of {one[0]} numbers" if further else "angle"
             raise ValueError(
-                f"task_deg has shape {angles.shape}; wanted one angle or "
+                f"task_deg has shape {tasks.shape}; wanted one {what} or "
                 f"{n_rollouts}, as many as policies"
             )
-        return np.broadcast_to(self.workspace.target(angles), (n_rollouts, 2))
+        return np.broadcast_to(tasks, (n_rollouts, *one))
 
     def _follow(
-        self, plan: NDArray[np.float64], targets: NDArray[np.float64]
+        self, plan: NDArray[np.float64], tasks: NDArray[np.float64]
     ) -> list[Rollout]:
         """Follow as many plans as there are copies, or fewer."""
-        joints, impulse = self._world.track(plan)
-        energy = np.sum(np.diff(joints, axis=1) ** 2, axis=(1, 2)) / TIME_STEP
+        world = self.workspace
+        targets, homes = world.target(tasks), world.home_of(tasks)
+        joints, impulse = self._world.track(plan, homes, world.circles_of(tasks))
+        squares = np.sum(np.diff(joints, axis=1) ** 2, axis=(1, 2))
+        energy = squares / world.physics.time_step
         path = forward_kinematics(joints, self.workspace.link_lengths)[:, :, -1]
         error = np.hypot(*(path[:, -1] - targets).T)
         numbers = error.tolist(), energy.tolist(), impulse.tolist()
         return [Rollout(*row) for row in zip(joints, path, *numbers, strict=True)]
 
     def plan(
-        self, policies: NDArray[np.float64], targets: NDArray[np.float64]
+        self,
+        policies: NDArray[np.float64],
+        targets: NDArray[np.float64],
+        homes: NDArray[np.float64] | None = None,
     ) -> NDArray[np.float64]:
         """Turn policies into the joint angles that the controller is to follow.
 
@@ -283,18 +300,22 @@ class Arm:
             Weights of Eq. 7.
         targets : ndarray of shape (n_policies, 2)
             Goals (m).
+        homes : ndarray of shape (n_policies, 3), optional
+            Joint angles at the start (rad); by default the workspace's home pose.
 
         Returns
         -------
         ndarray of shape (n_policies, n_steps + 1, 3)
             Joint angles (rad); after the movement the last ones are held.
         """
-        world = self.workspace
-        start = forward_kinematics(world.home, world.link_lengths)[-1]
-        times = TIME_STEP * np.arange(N_MOVING + 1)
+        world, physics = self.workspace, self.workspace.physics
+        home = np.asarray(world.home if homes is None else homes)
+        start = forward_kinematics(home, world.link_lengths)[..., -1, :]
+        times = physics.time_step * np.arange(physics.n_moving + 1)
         path = self.dmp.path(policies, start, targets, times)
-        moving = inverse_kinematics(path, world.home, world.link_lengths)
-        held = moving[:, -1:].repeat(N_SETTLING, axis=1)
+        moving = inverse_kinematics(path, home, world.link_lengths)
+        n_settling = physics.n_steps - physics.n_moving
+        held = moving[:, -1:].repeat(n_settling, axis=1)
         return np.concatenate([moving, held], axis=1)
 
 
@@ -335,7 +356,7 @@ def cached_arm(
     workspace : Workspace
         Where it stands.
     dmp : DMP, optional
-        What a policy means; by default ``DMP()``.
+        What a policy means; by default the workspace's.
     n_parallel : int, default=9
         Copies simulated side by side.
 
@@ -345,4 +366,4 @@ def cached_arm(
         Not to be closed: the thread keeps six, and frees them as it ends. What it does
         does not depend on what it did before.
     """
-    return _cache.arm(workspace, dmp or DMP(), n_parallel)
+    return _cache.arm(workspace, dmp or workspace.dmp, n_parallel)

@@ -28,16 +28,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from msc.robot._control import (
-    TIME_STEP,
-    ComputedTorqueController,
-    ControllerGains,
-    coupled_inertias,
-    rod_inertia,
-)
+from msc.robot._control import ControllerGains, rod_inertia, steer
 from msc.robot._workspace import LINK_RADIUS, Workspace
-
-SUBSTEPS = 4  # of the physics in a time step of the controller: 240 Hz
 
 _Array = NDArray[np.float64]
 
@@ -72,7 +64,6 @@ class BulletWorld:
         self._free = weakref.finalize(self, _disconnect, self._bullet, self.client_id)
         self._free.atexit = False
         self._busy = self._torn = False  # executing; left in the middle of it
-        self._inertias = coupled_inertias(workspace.link_lengths, workspace.link_masses)
         self._bodies = self._load_arms()
         self._obstacles = [
             self._load_obstacle(*circle, height=_GROUND + number)
@@ -87,15 +78,34 @@ class BulletWorld:
             self.client_id = -1
             self._free()
 
-    def track(self, plan: _Array) -> tuple[_Array, _Array]:
-        """Follow planned joint angles by PID torques in the physics world."""
+    def track(
+        self, plan: _Array, homes: _Array, circles: _Array
+    ) -> tuple[_Array, _Array]:
+        """Follow planned joint angles by PID torques in the physics world.
+
+        Parameters
+        ----------
+        plan : ndarray of shape (n_policies, n_steps + 1, 3)
+            Joint angles (rad).
+        homes : ndarray of shape (n_policies, 3)
+            Joint angles at the start (rad).
+        circles : ndarray of shape (n_policies, n_circles, 3)
+            Where the obstacles are (m).
+
+        Returns
+        -------
+        joints : ndarray of shape (n_policies, n_steps + 1, 3)
+            Joint angles that came about (rad).
+        impulse : ndarray of shape (n_policies,)
+            Of all contacts (N s).
+        """
         with _TURN:
             self._refuse_if_busy()
             if self.client_id < 0:
                 raise RuntimeError("the arm is closed; wanted an open one")
             self._busy = True
             try:
-                return self._track(plan)
+                return self._track(plan, homes, circles)
             finally:
                 self._busy = False
 
@@ -106,18 +116,22 @@ class BulletWorld:
                 "the arm is in the middle of a rollout; wanted calls one after another"
             )
 
-    def _track(self, plan: _Array) -> tuple[_Array, _Array]:
+    def _track(
+        self, plan: _Array, homes: _Array, circles: _Array
+    ) -> tuple[_Array, _Array]:
         """Follow planned joint angles, see `track`."""
         bullet, client = self._bullet, self.client_id
         n_policies, n_rows = plan.shape[:2]
+        starts = np.tile(self.workspace.home, (self.n_arms, 1))
+        starts[:n_policies] = homes
         wanted = np.empty((n_rows, 3, self.n_arms))
-        wanted[:] = np.array(self.workspace.home)[:, None]
+        wanted[:] = starts.T
         wanted[..., :n_policies] = plan.transpose(1, 2, 0)
-        controller = ComputedTorqueController(self.controller, wanted, self._inertias)
+        controller = steer(self.workspace, self.controller, wanted)
         push, mode = bullet.setJointMotorControlArray, bullet.TORQUE_CONTROL
         states = np.empty((n_rows, 6 * self.n_arms))
         contacts: list[list[float]] = [[] for _ in self._bodies]
-        self._reset()
+        self._reset(starts, circles)
         self._torn = True
         states[0] = self._read()
         for step in range(n_rows - 1):
@@ -133,7 +147,10 @@ class BulletWorld:
         self._torn = False
         angles = states.reshape(n_rows, -1, 2, 3)[:, :n_policies, 0]
         impulse = np.array([math.fsum(forces) for forces in contacts[:n_policies]])
-        return angles.swapaxes(0, 1).copy(), SUBSTEPS * TIME_STEP * impulse
+        physics = self.workspace.physics
+        return angles.swapaxes(0, 1).copy(), (
+            physics.substeps * physics.time_step * impulse
+        )
 
     def _read(self) -> list[float]:
         """Return every arm's joint angles and velocities, one after the other."""
@@ -146,26 +163,42 @@ class BulletWorld:
             values += (q1, q2, q3, v1, v2, v3)
         return values
 
-    def _reset(self) -> None:
-        """Put every arm at rest in the home pose and forget every contact."""
+    def _reset(self, starts: _Array, circles: _Array) -> None:
+        """Put every arm at rest in its home pose and forget every contact."""
         bullet, here = self._bullet, {"physicsClientId": self.client_id}
         bullet.setPhysicsEngineParameter(contactBreakingThreshold=_BREAKING, **here)
         if self._torn:  # torques that moved nothing yet would add to the next ones
             bullet.stepSimulation(**here)
-        for body in self._bodies:
-            for joint, angle in zip(_JOINTS, self.workspace.home, strict=True):
+        for body, home in zip(self._bodies, starts.tolist(), strict=True):
+            for joint, angle in zip(_JOINTS, home, strict=True):
                 bullet.resetJointState(body, joint, angle, 0.0, **here)
+        if self.workspace.further:
+            self._move_obstacles(circles)
         for obstacle in self._obstacles:  # renews its proxy: no cached contact is left
             bullet.setCollisionFilterGroupMask(obstacle, -1, *_OBSTACLE_FILTER, **here)
+
+    def _move_obstacles(self, circles: _Array) -> None:
+        """Put the obstacles of every policy where its task has them."""
+        bullet, here = self._bullet, {"physicsClientId": self.client_id}
+        places = circles[..., :2].reshape(-1, 2).tolist()
+        each = len(self.workspace.circles)
+        for number, (x, y) in enumerate(places):
+            place = [x, y, _GROUND + number // each]
+            upright = [0.0, 0.0, 0.0, 1.0]
+            obstacle = self._obstacles[number]
+            bullet.resetBasePositionAndOrientation(obstacle, place, upright, **here)
 
     def _load_arms(self) -> list[int]:
         """Build the physics world with its arms."""
         bullet, here = self._bullet, {"physicsClientId": self.client_id}
-        bullet.setTimeStep(TIME_STEP, **here)
+        physics = self.workspace.physics
+        bullet.setTimeStep(physics.time_step, **here)
+        if physics.gravity:
+            bullet.setGravity(0.0, -physics.gravity, 0.0, **here)
         bullet.setPhysicsEngineParameter(
             deterministicOverlappingPairs=1,
             solverResidualThreshold=0.0,
-            numSubSteps=SUBSTEPS,
+            numSubSteps=physics.substeps,
             **here,
         )
         with tempfile.TemporaryDirectory() as folder:
@@ -242,7 +275,13 @@ def _urdf(workspace: Workspace) -> str:
 def load_pybullet() -> Any:
     """Import PyBullet without the line it prints past Python's own streams."""
     with _TURN, contextlib.nullcontext() if "pybullet" in sys.modules else _quiet():
-        import pybullet  # noqa: PLC0415
+        try:
+            import pybullet  # noqa: PLC0415
+        except ImportError:
+            raise ValueError(
+                "engine='pybullet' is not installed, and has no wheels for Python 3.12 "
+                "and later; wanted it, or a world whose engine is 'mujoco'"
+            ) from None
     return pybullet
 
 

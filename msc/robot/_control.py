@@ -8,11 +8,15 @@ be held up.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from msc._checks import check_number, to_floats
+
+if TYPE_CHECKING:
+    from msc.robot._workspace import Workspace
 
 TIME_STEP = 1 / 60  # s; between two commands, and between two rows of a rollout
 
@@ -47,10 +51,26 @@ def coupled_inertias(link_lengths: ArrayLike, link_masses: ArrayLike) -> _Array:
     lengths = np.asarray(link_lengths, dtype=float)
     masses = np.asarray(link_masses, dtype=float)
     beyond = masses.sum() - np.cumsum(masses)  # what each link carries at its end
-    levers = lengths * (masses / 2 + beyond)
+    levers = link_levers(lengths, masses)
     inertias = np.triu(np.outer(lengths, levers), 1)
     own = rod_inertia(lengths, masses) + lengths**2 * (masses / 4 + beyond)
     return inertias + inertias.T + np.diag(own)
+
+
+def link_levers(link_lengths: ArrayLike, link_masses: ArrayLike) -> _Array:
+    """Return each link's length times its and what it carries' mass, as levers go.
+
+    Times gravity, these are the torques about the links' near ends that hold an arm
+    whose links are level.
+
+    Examples
+    --------
+    >>> link_levers([1.0, 1.0], [3.0, 3.0])
+    array([4.5, 1.5])
+    """
+    lengths = np.asarray(link_lengths, dtype=float)
+    masses = np.asarray(link_masses, dtype=float)
+    return np.asarray(lengths * (masses / 2 + masses.sum() - np.cumsum(masses)))
 
 
 class InverseDynamics:
@@ -70,8 +90,12 @@ class InverseDynamics:
     array([[2., 4.]])
     """
 
-    def __init__(self, inertias: _Array, n_arms: int) -> None:
+    def __init__(
+        self, inertias: _Array, n_arms: int, weights: _Array | None = None
+    ) -> None:
         shape = len(inertias), n_arms
+        # Torques that hold the links against gravity when they are level.
+        self._hold = None if weights is None else np.asarray(weights)[:, None]
         self._weights = inertias.T[..., None].repeat(n_arms, axis=-1).astype(complex)
         self._weighted = np.empty_like(self._weights)
         self._links, self._pulled = np.empty((2, *shape), dtype=complex)
@@ -93,6 +117,8 @@ class InverseDynamics:
             about += other
         np.conjugate(links, out=links)
         np.multiply(links, about, out=about)
+        if self._hold is not None:
+            about.imag += self._hold * links.real
         # From the last joint inwards, as the recursive Newton-Euler method adds up.
         return np.add.accumulate(about.imag[::-1], axis=0)[::-1].copy()
 
@@ -167,24 +193,29 @@ class ComputedTorqueController:
     """Arms on their way along a plan (n_steps + 1, 3, n_arms), with their integrals."""
 
     def __init__(
-        self, controller: ControllerGains, plan: _Array, inertias: _Array
+        self,
+        controller: ControllerGains,
+        plan: _Array,
+        inertias: _Array,
+        time_step: float = TIME_STEP,
+        weights: _Array | None = None,
     ) -> None:
         rate = controller.bandwidth  # (d/dt + rate)³ = d³/dt³ + 3 rate d²/dt² + …
         proportional, derivative, integral = 3 * rate**2, 3 * rate, rate**3
-        speed = np.gradient(plan, TIME_STEP, axis=0)
-        acceleration = np.gradient(speed, TIME_STEP, axis=0)
+        speed = np.gradient(plan, time_step, axis=0)
+        acceleration = np.gradient(speed, time_step, axis=0)
         drive = acceleration + derivative * speed + proportional * plan
         self._plan, self._drive = list(plan), list(drive)
         # Constants in full: NumPy is quick where it need not fit shapes to one another.
         shape = plan.shape[1:]
-        gains = proportional, derivative, integral, TIME_STEP, controller.windup
+        gains = proportional, derivative, integral, time_step, controller.windup
         *self._gains, self._time_step, self._windup = (np.full(shape, g) for g in gains)
         limit = np.array(controller.torque_limit)[:, None]
         self._limit = limit.repeat(shape[1], axis=1)
         self._integral = np.zeros(shape)
         self._motion = np.empty((3, *shape))
         self._parts = tuple(self._motion)
-        self._torques_of = InverseDynamics(inertias, shape[1])
+        self._torques_of = InverseDynamics(inertias, shape[1], weights)
 
     def torques(self, step: int, state: _Array) -> _Array:
         """Decide the torques of a time step."""
@@ -210,3 +241,16 @@ def _bound(values: _Array, limit: _Array) -> None:
     """Keep values within plus and minus a limit, in place."""
     np.minimum(values, limit, out=values)
     np.maximum(values, -limit, out=values)
+
+
+def steer(
+    workspace: Workspace, controller: ControllerGains, plan: _Array
+) -> ComputedTorqueController:
+    """Return what drives the arms of a workspace along a plan."""
+    links = workspace.link_lengths, workspace.link_masses
+    physics = workspace.physics
+    weights = physics.gravity * link_levers(*links) if physics.gravity else None
+    inertias = coupled_inertias(*links)
+    return ComputedTorqueController(
+        controller, plan, inertias, physics.time_step, weights
+    )

@@ -55,8 +55,8 @@ def inverse_kinematics(
     ----------
     path : array_like of shape (..., n_times, 2)
         Where the end effector should be (m). The first point is the home pose's.
-    home : array_like of shape (3,)
-        Joint angles at the first point (rad).
+    home : array_like of shape (3,) or (..., 3)
+        Joint angles at the first point (rad), of all paths or of each.
     link_lengths : array_like of shape (3,)
         Lengths of the links (m).
 
@@ -89,7 +89,7 @@ def inverse_kinematics(
     targets = np.moveaxis(targets, -1, 0).reshape(points.shape[-2], -1)
     shape = 3, targets.shape[1]
     joints = np.empty((len(targets), *shape))
-    joints[0] = np.reshape(home, (3, 1))
+    joints[0] = np.reshape(home, (-1, 3)).T
     # Constants in full, room for what comes in between: see `InverseDynamics`.
     lengths = np.reshape(link_lengths, (3, 1)).repeat(shape[1], axis=1).astype(complex)
     limit, unit = np.full(shape, MAX_JOINT_STEP), np.full(shape, 1j)

@@ -8,13 +8,16 @@ the book's ledger says why each is what it is.
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import NamedTuple
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from msc._checks import LARGEST, to_floats
+from msc._checks import LARGEST, check_number, check_whole, to_floats
+from msc.robot._control import ControllerGains
+from msc.robot._dmp import DMP
 from msc.robot._kinematics import forward_kinematics
 
 LINK_RADIUS = 0.02  # m; half the thickness of a link
@@ -38,6 +41,132 @@ class Circle(NamedTuple):
     x: float
     y: float
     radius: float
+
+
+TASK_NUMBERS = {
+    "radius_m": "distance of the goal from the base",
+    "height_m": "how far the first obstacle has moved along y",
+    "turn_deg": "how far the home pose is turned about the base",
+}
+"""What a task may have besides its angle."""
+
+ENGINES = ("pybullet", "mujoco")
+
+
+class TaskRange(NamedTuple):
+    """A number that tasks have besides their angle, and its range.
+
+    Attributes
+    ----------
+    name : {"radius_m", "height_m", "turn_deg"}
+        Distance of the goal from the base (m); how far the first obstacle has moved
+        along y (m); how far the home pose is turned about the base (degrees).
+    low, high : float
+        Its range.
+    """
+
+    name: str
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class CostWeights:
+    """What is paid for what a movement does.
+
+    Parameters
+    ----------
+    error : float, default=100.0
+        For the squared final distance (1/m²).
+    energy : float, default=0.005
+        For the squared joint velocity, summed and integrated (s/rad²). One centimetre
+        weighs as much as 2 rad²/s.
+    contact : float, default=0.0
+        For the impulse of contacts (1/(N s)).
+    length : float, default=0.0
+        For the length of the joints' path (1/rad).
+
+    Raises
+    ------
+    ValueError
+        If one is no number, negative, or above 1e6.
+    """
+
+    error: float = 100.0
+    energy: float = 0.005
+    contact: float = 0.0
+    length: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse what is no price."""
+        for name in ("error", "energy", "contact", "length"):
+            check_number(name, getattr(self, name), 0.0, 1e6)
+
+
+@dataclass(frozen=True)
+class Physics:
+    """How time passes: the engine, its steps, the controller's, gravity.
+
+    Parameters
+    ----------
+    engine : {"pybullet", "mujoco"}, default="pybullet"
+        Who integrates the equations of motion.
+    control_rate : float, default=60.0
+        Commands a second (Hz), from 10 to 1000.
+    substeps : int, default=4
+        Of the physics, in a time step of the controller: 240 Hz; from 1 to 100.
+    duration : float, default=1.0
+        Of the movement (s), from 0.1 to 20.
+    settling : float, default=0.1
+        Then the last joint angles are held so long (s), from 0 to 5.
+    gravity : float, default=0.0
+        Along -y (m/s²), from 0 to 30; the controller knows of it. Zero: the arm moves
+        in a horizontal plane.
+
+    Raises
+    ------
+    ValueError
+        If the engine is unknown, or a number is beyond its bounds.
+
+    Examples
+    --------
+    >>> Physics().n_steps
+    66
+    """
+
+    engine: str = "pybullet"
+    control_rate: float = 60.0
+    substeps: int = 4
+    duration: float = 1.0
+    settling: float = 0.1
+    gravity: float = 0.0
+
+    def __post_init__(self) -> None:
+        """Refuse an engine that is none, and steps that make no movement."""
+        if self.engine not in ENGINES:
+            raise ValueError(
+                f"engine={self.engine!r}; wanted {' or '.join(map(repr, ENGINES))}"
+            )
+        check_number("control_rate", self.control_rate, 10.0, 1000.0)
+        check_whole("substeps", self.substeps, 1, 100)
+        check_number("duration", self.duration, 0.1, 20.0)
+        check_number("settling", self.settling, 0.0, 5.0)
+        check_number("gravity", self.gravity, 0.0, 30.0)
+
+    @property
+    def time_step(self) -> float:
+        """Time between two commands, and between two rows of a rollout (s)."""
+        return 1 / self.control_rate
+
+    @property
+    def n_moving(self) -> int:
+        """Time steps of the movement."""
+        return round(self.duration * self.control_rate)
+
+    @property
+    def n_steps(self) -> int:
+        """Time steps of the movement and the settling."""
+        return self.n_moving + round(self.settling * self.control_rate)
 
 
 def clearance(points: ArrayLike, circle: Circle) -> NDArray[np.float64]:
@@ -91,7 +220,7 @@ def home_pose(
 
 @dataclass(frozen=True)
 class Workspace:
-    """A planar three-link arm, a circle of goals around it, and obstacles.
+    """A world: a planar three-link arm, goals around it, obstacles, and what counts.
 
     Parameters
     ----------
@@ -112,14 +241,26 @@ class Workspace:
         either side costs the same without obstacles, measured by `msc survey cut`.
     circles : tuple of Circle
         The obstacles.
+    further : tuple of TaskRange
+        What tasks have besides their angle, at most one of each kind; by default
+        nothing. Goals at other distances than `goal_radius` lie in an annulus.
+    cost : CostWeights
+        What a search minimizes.
+    dmp : DMP
+        What a policy means.
+    controller : ControllerGains
+        Gains of the PID controller.
+    physics : Physics
+        Engine and steps.
 
     Raises
     ------
     ValueError
-        If the goal circle is out of the arm's reach, or passes through an obstacle; if
-        there are not three links of length and mass within bounds; if an angle or an
-        obstacle is not of finite real numbers; if an obstacle has no positive radius,
-        or stands where the arm is at home.
+        If goals are out of the arm's reach, or pass through an obstacle; if there are
+        not three links of length and mass within bounds; if an angle or an obstacle is
+        not of finite real numbers; if an obstacle has no positive radius, stands where
+        the arm is at home, or overlaps another; if a further task number is unknown or
+        has no range.
 
     Examples
     --------
@@ -135,31 +276,91 @@ class Workspace:
     goal_radius: float = 0.45
     cut_deg: float = 69.5
     circles: tuple[Circle, ...] = ()
+    further: tuple[TaskRange, ...] = ()
+    cost: CostWeights = field(default_factory=CostWeights)
+    dmp: DMP = field(default_factory=DMP)
+    controller: ControllerGains = field(default_factory=ControllerGains)
+    physics: Physics = field(default_factory=Physics)
 
     def __post_init__(self) -> None:
         """Refuse an arm that cannot be, and goals that no movement could reach."""
         self._check_numbers()
+        self._check_further()
+        ranges = {one.name: (one.low, one.high) for one in self.further}
         farthest = sum(self.link_lengths)
         nearest = max(0.0, 2 * max(self.link_lengths) - farthest)
-        if not max(nearest, _SMALLEST) < self.goal_radius < farthest:
-            raise ValueError(
-                f"goal_radius={self.goal_radius} m is out of the arm's reach; wanted "
-                f"a radius between {nearest:g} m and {farthest:g} m, over a micrometre"
-            )
-        at_home = forward_kinematics(self.home, self.link_lengths)
-        object.__setattr__(self, "circles", tuple(Circle(*c) for c in self.circles))
-        for circle in self.circles:
-            if not _SMALLEST < circle.radius < clearance(at_home, circle):
+        goals = ranges.get("radius_m", (self.goal_radius,) * 2)
+        name = "radius_m" if "radius_m" in ranges else "goal_radius"
+        for radius in (self.goal_radius, *goals):
+            if not max(nearest, _SMALLEST) < radius < farthest:
                 raise ValueError(
-                    f"circles: the obstacle {tuple(circle)} has no positive radius or "
-                    "stands in the arm's home pose; wanted one clear of it, with a "
-                    "radius over a micrometre"
+                    f"{name}={radius} m is out of the arm's reach; wanted "
+                    f"a radius between {nearest:g} m and {farthest:g} m, over a "
+                    "micrometre"
                 )
-            gap = abs(math.hypot(circle.x, circle.y) - self.goal_radius)
+        object.__setattr__(self, "circles", tuple(Circle(*c) for c in self.circles))
+        for circles in self._circles_anywhere(ranges.get("height_m", (0.0,))):
+            self._check_circles(circles, goals, ranges.get("turn_deg", (0.0,)))
+
+    def _circles_anywhere(
+        self, heights: tuple[float, ...]
+    ) -> list[tuple[Circle, ...]]:
+        """Return the obstacles, the first one everywhere along its track."""
+        if len(heights) < 2:
+            return [self.circles]
+        if not self.circles:
+            raise ValueError("height_m: no obstacle to move; wanted one at least")
+        (x, y, radius), *others = self.circles
+        along = np.linspace(*heights, 33).tolist()
+        return [(Circle(x, y + height, radius), *others) for height in along]
+
+    def _check_circles(
+        self,
+        circles: tuple[Circle, ...],
+        goals: tuple[float, ...],
+        turns: tuple[float, ...],
+    ) -> None:
+        """Refuse obstacles where the arm starts, where goals are, or in one another."""
+        for number, circle in enumerate(circles):
+            for turn in np.linspace(turns[0], turns[-1], 33 if len(turns) > 1 else 1):
+                home = (self.home[0] + math.radians(turn), *self.home[1:])
+                at_home = forward_kinematics(home, self.link_lengths)
+                if not _SMALLEST < circle.radius < clearance(at_home, circle):
+                    raise ValueError(
+                        f"circles: the obstacle {tuple(circle)} has no positive radius "
+                        "or stands in the arm's home pose; wanted one clear of it, "
+                        "with a radius over a micrometre"
+                    )
+            away = math.hypot(circle.x, circle.y)
+            gap = max(goals[0] - away, away - goals[-1])
             if gap < circle.radius:
                 raise ValueError(
                     f"circles: the goals pass through the obstacle {tuple(circle)} and "
                     "cannot be reached; wanted obstacles clear of the goal circle"
+                )
+            for other in circles[:number]:
+                between = math.hypot(circle.x - other.x, circle.y - other.y)
+                if between < circle.radius + other.radius:
+                    raise ValueError(
+                        f"circles: the obstacles {tuple(other)} and {tuple(circle)} "
+                        "overlap; wanted them apart"
+                    )
+
+    def _check_further(self) -> None:
+        """Refuse task numbers that are unknown, or have no range."""
+        object.__setattr__(self, "further", tuple(TaskRange(*o) for o in self.further))
+        for number, (name, low, high) in enumerate(self.further):
+            if name not in TASK_NUMBERS:
+                raise ValueError(
+                    f"further: {name!r} is unknown; wanted one of "
+                    f"{', '.join(TASK_NUMBERS)}"
+                )
+            if name in [other.name for other in self.further[:number]]:
+                raise ValueError(f"further: {name} is given twice; wanted it once")
+            ends = to_floats(name, [low, high])
+            if not (np.abs(ends) <= LARGEST).all() or not low < high:
+                raise ValueError(
+                    f"{name}={[low, high]}; wanted two numbers, the lower one first"
                 )
 
     def _check_numbers(self) -> None:
@@ -191,6 +392,21 @@ class Workspace:
             raise ValueError(
                 f"circles={self.circles!r}; wanted x, y and radius of each obstacle"
             )
+
+    @property
+    def task_names(self) -> tuple[str, ...]:
+        """Names of the numbers of a task, the angle's first."""
+        return ("task_deg", *(one.name for one in self.further))
+
+    @property
+    def task_units(self) -> NDArray[np.float64]:
+        """By what to divide tasks in SI units to have a metric, of shape (n_numbers,).
+
+        An angle of a radian counts as much as a goal's way of `goal_radius`, which is
+        what it makes of it.
+        """
+        lengths = [name.endswith("_m") for name in self.task_names]
+        return np.where(lengths, self.goal_radius, 1.0)
 
     @classmethod
     def free(cls) -> Workspace:
@@ -250,7 +466,8 @@ class Workspace:
         Parameters
         ----------
         task_deg : float or array_like
-            Task angles, counted from the cut (degrees); taken modulo 360.
+            Task angles, counted from the cut (degrees); taken modulo 360. Where tasks
+            have further numbers, rows of them, of shape (..., n_numbers).
 
         Returns
         -------
@@ -260,34 +477,97 @@ class Workspace:
         Raises
         ------
         ValueError
-            If an angle is not a finite real number, or beyond a thousand million.
+            If an angle is not a finite real number, or beyond a thousand million; if
+            rows have not as many numbers as tasks do.
         """
-        angle = to_floats("task_deg", task_deg)
-        if not np.isfinite(angle).all():
-            raise ValueError(f"task_deg={angle.tolist()} is not finite; wanted degrees")
-        largest = np.abs(angle).max(initial=0.0)
+        numbers = self._numbers(task_deg)
+        angle = np.deg2rad(np.mod(numbers["task_deg"], 360.0) + self.cut_deg)
+        unit = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+        if (radius := numbers.get("radius_m")) is not None:
+            return np.asarray(radius[..., None] * unit)
+        return self.goal_radius * unit
+
+    def home_of(self, task_deg: ArrayLike) -> NDArray[np.float64]:
+        """Return the joint angles in which the movement of a task begins.
+
+        Parameters
+        ----------
+        task_deg : float or array_like
+            Tasks, as for `target`.
+
+        Returns
+        -------
+        ndarray of shape (..., 3)
+            Joint angles (rad).
+        """
+        numbers = self._numbers(task_deg)
+        homes = np.broadcast_to(self.home, (*numbers["task_deg"].shape, 3))
+        if (turn := numbers.get("turn_deg")) is not None:
+            homes = homes.copy()
+            homes[..., 0] += np.deg2rad(turn)
+        return homes
+
+    def circles_of(self, task_deg: ArrayLike) -> NDArray[np.float64]:
+        """Return where the obstacles of a task are.
+
+        Parameters
+        ----------
+        task_deg : float or array_like
+            Tasks, as for `target`.
+
+        Returns
+        -------
+        ndarray of shape (..., n_circles, 3)
+            Rows of x, y and radius (m).
+        """
+        numbers = self._numbers(task_deg)
+        circles = np.reshape(np.array(self.circles), (-1, 3))
+        circles = np.broadcast_to(circles, (*numbers["task_deg"].shape, *circles.shape))
+        if (height := numbers.get("height_m")) is not None:
+            circles = circles.copy()
+            circles[..., 0, 1] += height
+        return circles
+
+    def _numbers(self, tasks: ArrayLike) -> Mapping[str, Any]:
+        """Take tasks apart into their numbers, by name."""
+        values = to_floats("task_deg", tasks)
+        if not np.isfinite(values).all():
+            raise ValueError(
+                f"task_deg={values.tolist()} is not finite; wanted degrees"
+            )
+        largest = np.abs(values).max(initial=0.0)
         if largest > LARGEST:
             raise ValueError(
                 f"task_deg has an angle of {largest:g} degrees; wanted at most "
                 f"{LARGEST:g}, or its place in the turn is lost"
             )
-        angle = np.deg2rad(np.mod(angle, 360.0) + self.cut_deg)
-        return self.goal_radius * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+        if not self.further:
+            return {"task_deg": values}
+        if values.ndim == 0 or values.shape[-1] != len(self.task_names):
+            raise ValueError(
+                f"task_deg has shape {values.shape}; wanted rows of "
+                f"{len(self.task_names)} numbers: {', '.join(self.task_names)}"
+            )
+        return dict(zip(self.task_names, np.moveaxis(values, -1, 0), strict=True))
 
 
 LAYOUT_SEED = 1  # see data/results/layout.json
 
 
-def random_circles(seed: int) -> tuple[Circle, ...]:
-    """Draw a layout of three or four obstacles.
+def random_circles(
+    seed: int | Sequence[int], least: int = 3, most: int = 4
+) -> tuple[Circle, ...]:
+    """Draw a layout of a few obstacles, by default three or four.
 
     Centres lie 0.55 to 0.80 m from the base, radii are 0.04 to 0.07 m; every obstacle
     stays 3 cm clear of the arm in its home pose and of the other obstacles.
 
     Parameters
     ----------
-    seed : int
+    seed : int or sequence of int
         Seed of the draw.
+    least, most : int, default=3, 4
+        How many, at least and at most.
 
     Returns
     -------
@@ -301,7 +581,7 @@ def random_circles(seed: int) -> tuple[Circle, ...]:
     """
     rng = np.random.default_rng(seed)
     home = forward_kinematics(Workspace.home, Workspace.link_lengths)
-    n_circles = int(rng.integers(3, 5))
+    n_circles = int(rng.integers(least, most + 1))
     circles: list[Circle] = []
     while len(circles) < n_circles:
         distance, angle = rng.uniform(0.55, 0.80), rng.uniform(0, 2 * math.pi)

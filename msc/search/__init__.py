@@ -20,6 +20,7 @@ from press import face
 if TYPE_CHECKING:
     from msc.search._cmaes import CmaRun, minimize
     from msc.search._curves import SearchCurve, search_curves
+    from msc.search._journal import identify_code
     from msc.search._lockstep import N_PARALLEL
     from msc.search._options import SearchOptions
     from msc.search._policy import (
@@ -33,6 +34,12 @@ if TYPE_CHECKING:
         search_policies,
         search_policy,
     )
-    from msc.search._sweep import SweepPlan, grid, search_tasks
+    from msc.search._sweep import (
+        SweepPlan,
+        coordinates,
+        draw_tasks,
+        grid,
+        search_tasks,
+    )
 
 __all__, __getattr__, __dir__ = face(__name__, __file__)

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from msc.robot import DMP, Workspace, check_policies
+from msc.robot import Workspace, check_policies
 from msc.search._lockstep import Search, run_in_lockstep
 from msc.search._options import SearchOptions
 from msc.search._policy import SearchResult, cost, search_steps
@@ -85,7 +85,7 @@ def search_curves(
     """
     starts: Sequence[NDArray[np.float64] | None] = [None] * len(tasks_deg)
     if start_policies is not None:
-        starts = list(np.atleast_2d(check_policies(start_policies, DMP().n_params)))
+        starts = list(np.atleast_2d(check_policies(start_policies, workspace.dmp.n_params)))
     if len(starts) != len(tasks_deg):
         raise ValueError(
             f"start_policies has {len(starts)} policies; wanted {len(tasks_deg)}, one "
@@ -109,11 +109,11 @@ def search_curves(
         paid: list[float] = []
         for policy in given:
             [rollout] = yield policy[np.newaxis]
-            paid.append(cost(rollout))
+            paid.append(cost(rollout, workspace.cost))
         asked = next(search)
         while True:
             rollouts = yield asked
-            paid += map(cost, rollouts)
+            paid += [cost(rollout, workspace.cost) for rollout in rollouts]
             try:
                 asked = search.send(rollouts)
             except StopIteration as end:

@@ -17,11 +17,13 @@ from press import locked
 
 CODE = (
     "_checks",
+    "data/_graph",
     "robot/_workspace",
     "robot/_dmp",
     "robot/_kinematics",
     "robot/_control",
     "robot/_bullet",
+    "robot/_mujoco",
     "robot/_arm",
     "search/_options",
     "search/_cmaes",
@@ -114,6 +116,8 @@ class Journal:
 
 def _result(policy: Any, runs: Any, **numbers: Any) -> SearchResult:
     """Rebuild a result from its JSON."""
+    if isinstance(task := numbers.get("task_deg"), list):
+        numbers["task_deg"] = tuple(task)
     runs = [CmaRun(**run | {"policy": np.array(run["policy"])}) for run in runs]
     return SearchResult(policy=np.array(policy), runs=tuple(runs), **numbers)
 

@@ -8,7 +8,7 @@ each of them as if alone: what one finds does not depend on the others.
 from __future__ import annotations
 
 from collections.abc import Generator, Iterable, Iterator, Sequence
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,16 +25,16 @@ _SIZES = (1, 3, N_PARALLEL)  # arms of the worlds kept; the smallest that holds 
 
 def run_in_lockstep(
     workspace: Workspace,
-    searches: Iterable[tuple[float, Search[T]]],
+    searches: Iterable[tuple[float | Sequence[float], Search[T]]],
     dmp: DMP | None = None,
 ) -> Iterator[tuple[int, T]]:
-    """Carry out searches, task angle (degrees) and steps of each, nine at a time.
+    """Carry out searches, task (degrees) and steps of each, nine at a time.
 
     They are taken as there is room; yields their numbers and what they found, as they
     end.
     """
     waiting = iter(enumerate(searches))
-    going: dict[int, tuple[float, Search[T]]] = {}
+    going: dict[int, tuple[float | Sequence[float], Search[T]]] = {}
     answers: dict[int, list[Rollout]] = {}
     while True:
         while len(going) < N_PARALLEL and (new := next(waiting, None)):
@@ -58,7 +58,7 @@ def _execute(
     workspace: Workspace,
     dmp: DMP | None,
     policies: list[NDArray[np.float64]],
-    angles: list[float],
+    angles: list[Any],
 ) -> list[Rollout]:
     """Execute policies in worlds of as many arms as they need."""
     rollouts: list[Rollout] = []

@@ -51,6 +51,10 @@ class SearchOptions:
     same : float, default=0.01
         A run that ends nearer than this share to the best policy has found it too, and
         neighbours are told of one that is farther from what they knew.
+    apart : float, default=0
+        In a consistency pass a neighbour's policy is a start if it is farther than this
+        share of the task's own, and then once: a nearer one is the same way to move.
+        At 0 all are, whenever one of them has changed.
     coarse_deg : float, default=10.0
         Degrees between the tasks that are searched first, without a neighbour's policy:
         far fewer than tasks, and dense enough that each way to move is met.
@@ -79,6 +83,7 @@ class SearchOptions:
     gain: float = 1e-5
     near: float = 0.05
     same: float = 0.01
+    apart: float = 0.0
     coarse_deg: float = 10.0
     max_sweeps: int = 24
 
@@ -87,7 +92,9 @@ class SearchOptions:
         for field in fields(self):
             value: Any = getattr(self, field.name)
             kind: type[float] = float if isinstance(field.default, float) else int
-            if kind is float:
+            if field.name == "apart":
+                least, wanted = 0.0, "a finite number, at least 0"
+            elif kind is float:
                 least, wanted = 5e-324, "a finite number above 0"
             else:
                 least = {"population": 2, "max_sweeps": 0}.get(field.name, 1)

@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike, NDArray
 from msc._checks import check_whole, to_floats
 from msc.robot import (
     DMP,
+    CostWeights,
     Rollout,
     Workspace,
     cached_arm,
@@ -25,8 +26,10 @@ from msc.search._cmaes import CmaRun, minimize_steps
 from msc.search._lockstep import Search, run_in_lockstep
 from msc.search._options import SearchOptions
 
-ERROR_WEIGHT = 100.0  # 1/m²
-ENERGY_WEIGHT = 0.005  # s/rad²
+ERROR_WEIGHT = CostWeights.error  # 1/m²
+ENERGY_WEIGHT = CostWeights.energy  # s/rad²
+
+Task = float | Sequence[float]  # an angle (degrees), or all numbers of a task
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,8 +38,8 @@ class SearchResult:
 
     Attributes
     ----------
-    task_deg : float
-        Task angle (degrees).
+    task_deg : float or tuple of float
+        Task angle (degrees), or all numbers of the task.
     policy : ndarray of shape (n_params,)
         Weights of Eq. 7.
     cost : float
@@ -49,7 +52,7 @@ class SearchResult:
         How near to the policy a run has to end to agree, see `SearchOptions`.
     """
 
-    task_deg: float
+    task_deg: float | tuple[float, ...]
     policy: NDArray[np.float64]
     cost: float
     error: float
@@ -109,13 +112,15 @@ def _best(runs: Sequence[CmaRun]) -> CmaRun:
     return min(runs, key=lambda run: (run.failed, run.cost))
 
 
-def cost(rollout: Rollout) -> float:
+def cost(rollout: Rollout, weights: CostWeights | None = None) -> float:
     """Weigh what a rollout missed against how much it moved.
 
     Parameters
     ----------
     rollout : Rollout
         What happened.
+    weights : CostWeights, optional
+        What is paid for what; by default ``CostWeights()``.
 
     Returns
     -------
@@ -123,14 +128,21 @@ def cost(rollout: Rollout) -> float:
         100/m² · error² + 0.005 s/rad² · energy: one centimetre weighs as much as
         2 rad²/s. The paper asks for a term that penalises longer movements; energy
         bounds the squared length of the joint path and, unlike length, settles the
-        timing along it too, so that the optimum is a point.
+        timing along it too, so that the optimum is a point. A world may also ask a
+        price for contacts, or for length.
     """
-    return ERROR_WEIGHT * rollout.error**2 + ENERGY_WEIGHT * rollout.energy
+    pays = weights or CostWeights()
+    paid = pays.error * rollout.error**2 + pays.energy * rollout.energy
+    if pays.contact:
+        paid += pays.contact * rollout.contact_impulse
+    if pays.length:
+        paid += pays.length * rollout.length
+    return paid
 
 
 def search_policy(
     workspace: Workspace,
-    task_deg: float,
+    task_deg: Task,
     *,
     seed: int,
     n_starts: int = 4,
@@ -146,7 +158,7 @@ def search_policy(
     workspace : Workspace
         The world.
     task_deg : float
-        Task angle (degrees).
+        Task angle (degrees); where tasks have further numbers, a row of them.
     seed : int
         Seed of all random draws, together with the task and the start's number: a
         task's search does not depend on what else is searched.
@@ -157,7 +169,7 @@ def search_policy(
     incumbent : SearchResult, optional
         An earlier search of the same task, to go on from: its runs count too.
     dmp : DMP, optional
-        What a policy means; by default ``DMP()``.
+        What a policy means; by default the workspace's.
     options : SearchOptions, optional
         How the search goes about it; by default ``SearchOptions()``.
 
@@ -242,7 +254,7 @@ def search_policies(
 
 def search_steps(
     workspace: Workspace,
-    task_deg: float,
+    task_deg: Task,
     *,
     seed: int,
     n_starts: int = 4,
@@ -252,9 +264,9 @@ def search_steps(
     options: SearchOptions | None = None,
 ) -> Search[SearchResult]:
     """Search as `search_policy` does, executed by whoever asks for the next step."""
-    dmp, options = dmp or DMP(), options or SearchOptions()
+    dmp, options = dmp or workspace.dmp, options or SearchOptions()
     runs = list(incumbent.runs) if incumbent else []
-    _check(task_deg, seed, n_starts)
+    numbers = _check(workspace, task_deg, seed, n_starts)
     if n_starts + len(start_policies) + len(runs) == 0:
         raise ValueError(
             f"n_starts={n_starts} with {len(start_policies)} start_policies; "
@@ -263,11 +275,12 @@ def search_steps(
     given = [
         check_policies(policy, dmp.n_params, single=True) for policy in start_policies
     ]
-    if incumbent and incumbent.task_deg != task_deg:
+    task_of = numbers[0] if len(numbers) == 1 else numbers
+    if incumbent and incumbent.task_deg != task_of:
         raise ValueError(
             f"incumbent is of task {incumbent.task_deg}°; wanted one of {task_deg}°"
         )
-    task = _Task(workspace, task_deg, seed, dmp, options)
+    task = _Task(workspace, numbers, seed, dmp, options)
     for number, policy in enumerate(given):
         runs.append((yield from task.run(runs, (f"given {number}", policy))))
     for _ in range(n_starts):
@@ -275,15 +288,15 @@ def search_steps(
     best = _best(runs)
     if best.failed:
         raise RuntimeError(
-            f"task {task_deg:g}°: all {len(runs)} starts ended with their first "
+            f"task {_named(numbers)}: all {len(runs)} starts ended with their first "
             f"generation: costs within {options.tolerance:g}; wanted a cost that tells "
             "policies apart, or a smaller tolerance"
         )
     [rollout] = yield best.policy[np.newaxis]
     return SearchResult(
-        task_deg=float(task_deg),
+        task_deg=task_of,
         policy=best.policy,
-        cost=cost(rollout),
+        cost=cost(rollout, workspace.cost),
         error=rollout.error,
         energy=rollout.energy,
         contact_impulse=rollout.contact_impulse,
@@ -292,12 +305,27 @@ def search_steps(
     )
 
 
-def _check(task_deg: float, seed: int, n_starts: int) -> None:
-    """Refuse what is no angle, no seed, or no number of starts."""
-    if not np.isfinite(to_floats("task_deg", task_deg)).all():
+def _check(
+    workspace: Workspace, task_deg: Task, seed: int, n_starts: int
+) -> tuple[float, ...]:
+    """Refuse what is no task, no seed, or no number of starts; return the task's."""
+    numbers = to_floats("task_deg", task_deg)
+    if not np.isfinite(numbers).all():
         raise ValueError(f"task_deg={task_deg}; wanted a finite angle")
+    wanted = (len(workspace.task_names),) if workspace.further else ()
+    if numbers.shape != wanted:
+        raise ValueError(
+            f"task_deg={task_deg}; wanted {' and '.join(workspace.task_names)}"
+        )
     check_whole("seed", seed, 0)
     check_whole("n_starts", n_starts, 0)
+    return tuple(np.atleast_1d(numbers).tolist())
+
+
+def _named(numbers: Sequence[float]) -> str:
+    """Call a task by its angle, and whatever else it has."""
+    angle, *others = numbers
+    return ", ".join([f"{angle:g}°", *(f"{number:g}" for number in others)])
 
 
 class _Task:
@@ -306,14 +334,17 @@ class _Task:
     def __init__(
         self,
         workspace: Workspace,
-        task_deg: float,
+        numbers: tuple[float, ...],
         seed: int,
         dmp: DMP,
         options: SearchOptions,
     ) -> None:
-        self._seed = [seed, round(1000 * task_deg) % 360_000]
-        self._dmp, self._options = dmp, options
-        self._sqrt_cov = initial_covariance(workspace, task_deg, dmp)
+        angle, *others = numbers
+        self._seed = [seed, round(1000 * angle) % 360_000]
+        self._seed += [round(1e6 * number) % 2**32 for number in others]
+        self._dmp, self._options, self._pays = dmp, options, workspace.cost
+        task = numbers if others else angle
+        self._sqrt_cov = initial_covariance(workspace, task, dmp)
 
     def run(
         self,
@@ -335,7 +366,7 @@ class _Task:
             step,
             rng,
             self._sqrt_cov,
-            lambda rollouts: [cost(rollout) for rollout in rollouts],
+            lambda rollouts: [cost(rollout, self._pays) for rollout in rollouts],
             name=name,
             known=runs,
             options=self._options,
@@ -353,7 +384,7 @@ def random_start(
 
 
 def initial_covariance(
-    workspace: Workspace, task_deg: float, dmp: DMP
+    workspace: Workspace, task_deg: Task, dmp: DMP
 ) -> NDArray[np.float64]:
     """Guess how far CMA-ES should look in each direction.
 
@@ -376,8 +407,10 @@ def initial_covariance(
     ndarray of shape (n_params, n_params)
         A square root of the covariance, scaled to determinant 1.
     """
-    times = np.linspace(0, 1, 61)
-    start = forward_kinematics(workspace.home, workspace.link_lengths)[-1]
+    physics, pays = workspace.physics, workspace.cost
+    times = np.linspace(0, physics.duration, physics.n_moving + 1)
+    home = workspace.home_of(task_deg)
+    start = forward_kinematics(home, workspace.link_lengths)[-1]
     policies = np.vstack([np.zeros(dmp.n_params), np.eye(dmp.n_params)])
     paths = dmp.path(policies, start, workspace.target(task_deg), times)
     moved = paths[1:] - paths[0]
@@ -385,7 +418,8 @@ def initial_covariance(
     ends, speeds = moved[:, -1], speeds.reshape(dmp.n_params, -1)
     # The best covariance is the inverse Hessian (Hansen's tutorial, arXiv 1604.00772,
     # section 0.4); here that of what a weight does to the end point and the velocity.
-    bend = ERROR_WEIGHT * ends @ ends.T + ENERGY_WEIGHT * times[1] * speeds @ speeds.T
+    energy = pays.energy or ENERGY_WEIGHT  # any other price of moving is as good
+    bend = pays.error * ends @ ends.T + energy * times[1] * speeds @ speeds.T
     bend += 1e-9 * np.trace(bend) * np.eye(dmp.n_params)  # where a weight does nothing
     root = np.linalg.cholesky(np.linalg.inv(bend))
     return np.asarray(root / np.exp(np.mean(np.log(np.diag(root)))))
@@ -428,7 +462,7 @@ class SearchTrace:
 
 def record_search(
     workspace: Workspace,
-    task_deg: float,
+    task_deg: Task,
     *,
     seed: int,
     n_starts: int = 4,
@@ -441,7 +475,7 @@ def record_search(
     workspace : Workspace
         The world.
     task_deg : float
-        Task angle (degrees).
+        Task angle (degrees); where tasks have further numbers, a row of them.
     seed : int
         Seed of all random draws, together with the task and the start's number.
     n_starts : int, default=4
@@ -465,11 +499,11 @@ def record_search(
     >>> bool(trace.best_costs[-1] == trace.run.cost < trace.best_costs[0])
     True
     """
-    _check(task_deg, seed, n_starts)
+    numbers = _check(workspace, task_deg, seed, n_starts)
     if n_starts < 1:
         raise ValueError(f"n_starts={n_starts}; wanted at least one")
-    dmp, options = DMP(), options or SearchOptions()
-    task = _Task(workspace, task_deg, seed, dmp, options)
+    dmp, options = workspace.dmp, options or SearchOptions()
+    task = _Task(workspace, numbers, seed, dmp, options)
     traces: list[SearchTrace] = []
     for _ in range(n_starts):
         seen: list[tuple[NDArray[np.float64], NDArray[np.float64]]] = []

@@ -15,25 +15,29 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
+from scipy.stats import qmc
 from tqdm import tqdm
 
+from msc._checks import check_whole
 from msc._parallel import Runner, open_workers
-from msc.data import WEIGHTS
+from msc.data import find_neighbors, name_weights, task_edges
 from msc.robot import Workspace
 from msc.search._journal import Journal, identify_code
 from msc.search._lockstep import N_PARALLEL, Search, run_in_lockstep
 from msc.search._options import SearchOptions
-from msc.search._policy import ENERGY_WEIGHT, ERROR_WEIGHT, SearchResult, search_steps
+from msc.search._policy import SearchResult, search_steps
 
 # Whose policies start runs.
 _GIVEN = {"given 0": "task before", "given 1": "task after"}
 
 _SHARE = 2 * N_PARALLEL  # tasks that a worker takes at a time, at most
+
+_Policy = NDArray[np.float64]
 
 # What is asked of a phase: by task number, policies to start from and what is known.
 _Work = dict[int, tuple[Sequence[NDArray[np.float64]], SearchResult | None]]
@@ -47,23 +51,24 @@ class SweepPlan:
     ----------
     workspace : Workspace
         The world.
-    tasks_deg : tuple of float
-        Task angles (degrees).
+    tasks_deg : tuple of float, or of tuples of float
+        Task angles (degrees), evenly spaced; or tasks of several numbers, each part of
+        which from the beginning is spread over all of them, see `draw_tasks`.
     seed : int
         Seed of every draw.
     n_starts : int
         Independent starts a task, at most; one fewer where neighbours are known.
-    guide : tuple of (float, tuple of float)
+    guide : tuple of (float or tuple of float, tuple of float)
         Tasks and policies found earlier: neighbours that are known from the beginning.
     options : SearchOptions
         How the searches go about it.
     """
 
     workspace: Workspace
-    tasks_deg: tuple[float, ...]
+    tasks_deg: tuple[Any, ...]
     seed: int
     n_starts: int = 3
-    guide: tuple[tuple[float, tuple[float, ...]], ...] = ()
+    guide: tuple[tuple[Any, tuple[float, ...]], ...] = ()
     options: SearchOptions = field(default_factory=SearchOptions)
 
 
@@ -99,6 +104,51 @@ def grid(n_tasks: int, offset_deg: float = 0.0) -> tuple[float, ...]:
             f"offset={offset_deg}; wanted degrees from 0 to below {360 / n_tasks:g}"
         )
     return tuple(offset_deg + 360 * k / n_tasks for k in range(n_tasks))
+
+
+def draw_tasks(
+    workspace: Workspace, n_tasks: int, *, skip: int = 0, seed: int = 0
+) -> tuple[Any, ...]:
+    """Spread tasks over all that a world asks for.
+
+    Parameters
+    ----------
+    workspace : Workspace
+        The world.
+    n_tasks : int
+        How many.
+    skip : int, default=0
+        So many of the same sequence come before them, as those trained on.
+    seed : int, default=0
+        Seed of the sequence.
+
+    Returns
+    -------
+    tuple
+        Task angles (degrees), or tuples of all numbers of a task: a scrambled Halton
+        sequence, of which each part is spread evenly, rounded to 0.001 degree and
+        0.1 mm.
+
+    Examples
+    --------
+    >>> tasks = draw_tasks(Workspace.free(), 3)
+    >>> len(tasks), 0 <= min(tasks) <= max(tasks) < 360
+    (3, True)
+    """
+    check_whole("n_tasks", n_tasks, 1)
+    check_whole("skip", skip, 0)
+    check_whole("seed", seed, 0)
+    lows = [0.0, *(one.low for one in workspace.further)]
+    highs = [360.0, *(one.high for one in workspace.further)]
+    sequence = qmc.Halton(len(lows), rng=np.random.default_rng(seed))
+    points = qmc.scale(sequence.random(skip + n_tasks)[skip:], lows, highs)
+    digits = [4 if name.endswith("_m") else 3 for name in workspace.task_names]
+    rows = [
+        tuple(round(number, n) for number, n in zip(row, digits, strict=True))
+        for row in points.tolist()
+    ]
+    rows = [(angle % 360, *others) for angle, *others in rows]
+    return tuple(rows if workspace.further else (angle for angle, in rows))
 
 
 def search_tasks(
@@ -137,52 +187,115 @@ def search_tasks(
         If the journal is in use by another search, or `dask` is not installed.
     """
     tasks, n_tasks = plan.tasks_deg, len(plan.tasks_deg)
-    stride = 1 if plan.guide else max(1, round(plan.options.coarse_deg * n_tasks / 360))
-    strides = [stride]
-    while strides[-1] > 1:  # 10, 5, 1: the tasks of a level are among those of the next
-        strides.append(1 if strides[-1] % 2 else strides[-1] // 2)
-    levels = [range(0, n_tasks, stride) for stride in strides]
     results: dict[int, SearchResult] = {}
     with (
         open_workers(jobs, dask, code=identify_code) as run,
         Journal(journal, plan) as done,
     ):
         search = partial(_batch, plan, run, done, progress=progress)
-        for level, ring in enumerate(levels):
-            new = [k for k in ring if k not in results]
-            known: list[tuple[float, ArrayLike]] = list(plan.guide)
+        for number, level in enumerate(_levels(plan)):
+            new = [k for k in level.neighbors if k not in results]
+            known: list[tuple[Any, ArrayLike]] = list(plan.guide)
             known += [(tasks[k], result.policy) for k, result in results.items()]
-            work: _Work = {k: (_on_either_side(known, tasks[k]), None) for k in new}
-            results |= search(f"level {level}", work)
-            _make_consistent(search, f"level {level}", ring, results, plan.options)
-    return pd.DataFrame([_row(plan.seed, tasks[k], results[k]) for k in range(n_tasks)])
+            starts = _nearby(plan, known, [tasks[k] for k in new])
+            work: _Work = {k: (one, None) for k, one in zip(new, starts, strict=True)}
+            results |= search(f"level {number}", work)
+            _make_consistent(search, f"level {number}", level, results, plan.options)
+    rows = [_row(plan, tasks[k], results[k]) for k in range(n_tasks)]
+    return pd.DataFrame(rows)
+
+
+class _Level(NamedTuple):
+    """Tasks that are searched together, and in whose order.
+
+    Neighbours of a task, by its number, and its colour: no two neighbours have the
+    same (unless a ring has an odd number), so that tasks of one may be searched again
+    all at a time.
+    """
+
+    neighbors: dict[int, tuple[int, ...]]
+    colors: dict[int, int]
+
+
+def _levels(plan: SweepPlan) -> list[_Level]:
+    """Tell in which steps the tasks are searched, from coarse to fine."""
+    n_tasks, is_planar = len(plan.tasks_deg), bool(plan.workspace.further)
+    n_coarse = 360 / plan.options.coarse_deg
+    if is_planar:  # as far apart, in every direction
+        units = plan.workspace.task_units[1:]
+        spans = [o.high - o.low for o in plan.workspace.further]
+        widths = np.rad2deg(spans / units) / plan.options.coarse_deg
+        n_coarse *= float(np.prod(np.maximum(1, widths)))
+    stride = 1 if plan.guide else max(1, round(n_tasks / n_coarse))
+    strides = [stride]
+    while strides[-1] > 1:  # 10, 5, 1: the tasks of a level are among those of the next
+        strides.append(1 if strides[-1] % 2 else strides[-1] // 2)
+    if is_planar:
+        return [_graph_level(plan, -(-n_tasks // stride)) for stride in strides]
+    return [_ring_level(range(0, n_tasks, stride)) for stride in strides]
+
+
+def _ring_level(ring: Sequence[int]) -> _Level:
+    """Let tasks on a circle have one neighbour on either side."""
+    n = len(ring)
+    neighbors = {k: (ring[p - 1], ring[(p + 1) % n]) for p, k in enumerate(ring)}
+    return _Level(neighbors, {k: place % 2 for place, k in enumerate(ring)})
+
+
+def _graph_level(plan: SweepPlan, n_tasks: int) -> _Level:
+    """Let the first tasks have those nearest to them, see `task_edges`."""
+    edges = task_edges(coordinates(plan.workspace, plan.tasks_deg[:n_tasks]))
+    beside: dict[int, list[int]] = {k: [] for k in range(n_tasks)}
+    for one, other in edges.tolist():
+        beside[one].append(other)
+        beside[other].append(one)
+    colors: dict[int, int] = {}
+    for k in range(n_tasks):  # the first colour that no neighbour has
+        taken = {colors.get(other) for other in beside[k]}
+        colors[k] = next(c for c in range(n_tasks) if c not in taken)
+    return _Level({k: tuple(others) for k, others in beside.items()}, colors)
 
 
 def _make_consistent(
     search: Callable[[str, _Work], dict[int, SearchResult]],
-    level: str,
-    ring: Sequence[int],
+    name: str,
+    level: _Level,
     results: dict[int, SearchResult],
     options: SearchOptions,
 ) -> None:
     """Search tasks again from their neighbours' policies until nothing spreads."""
-    stale = set(range(len(ring)))
-    for sweep in range(options.max_sweeps):
-        turn = [place for place in sorted(stale) if place % 2 == sweep % 2]
+    stale, tried = set(level.neighbors), dict[tuple[int, int], _Policy]()
+    n_colors = max(2, 1 + max(level.colors.values()))
+    for sweep in range(options.max_sweeps * n_colors // 2):
+        turn = [k for k in sorted(stale) if level.colors[k] == sweep % n_colors]
         work: _Work = {}
-        for place in turn:
-            sides = results[ring[place - 1]], results[ring[(place + 1) % len(ring)]]
-            starts = tuple(side.policy for side in sides)
-            work[ring[place]] = starts, results[ring[place]]
-        better = search(f"{level}, sweep {sweep}", work)
+        for k in turn:
+            own, starts = results[k].policy, []
+            for other in level.neighbors[k]:
+                policy = results[other].policy
+                before = tried.get((k, other), own)
+                if options.apart and (
+                    _is_near(policy, own, options.apart)
+                    or _is_near(policy, before, options.same)
+                ):
+                    continue
+                starts.append(policy)
+                tried[k, other] = policy
+            if starts:
+                work[k] = starts, results[k]
+        better = search(f"{name}, sweep {sweep}", work)
         stale -= set(turn)
-        for place in turn:
-            new, old = better[ring[place]].policy, results[ring[place]].policy
-            if np.linalg.norm(new - old) > options.same * np.linalg.norm(old):
-                stale |= {(place - 1) % len(ring), (place + 1) % len(ring)}
+        for k, result in better.items():
+            if not _is_near(result.policy, results[k].policy, options.same):
+                stale |= set(level.neighbors[k])
         results |= better
         if not stale:
             break
+
+
+def _is_near(policy: _Policy, other: _Policy, share: float) -> bool:
+    """Whether a policy is no farther from another than a share of its norm."""
+    return bool(np.linalg.norm(policy - other) <= share * np.linalg.norm(other))
 
 
 def _batch(
@@ -243,32 +356,65 @@ def _steps(
     return result
 
 
+def coordinates(workspace: Workspace, tasks: Sequence[Any]) -> NDArray[np.float64]:
+    """Return tasks as points: the angle (rad), and all else in units that weigh alike.
+
+    Examples
+    --------
+    >>> coordinates(Workspace.free(), [90.0]).round(3)
+    array([[1.571]])
+    """
+    numbers = np.array(tasks, dtype=float).reshape(len(tasks), -1)
+    is_angle = [name.endswith("_deg") for name in workspace.task_names]
+    return np.where(is_angle, np.deg2rad(numbers), numbers) / workspace.task_units
+
+
+def _nearby(
+    plan: SweepPlan, known: Sequence[tuple[Any, ArrayLike]], tasks: Sequence[Any]
+) -> list[tuple[NDArray[np.float64], ...]]:
+    """Return the known policies next to each task: on a circle, one on either side."""
+    if not known:
+        return [()] * len(tasks)
+    if not plan.workspace.further:
+        return [_on_either_side(known, task) for task in tasks]
+    points = coordinates(plan.workspace, [task for task, _ in known])
+    queries, n_numbers = coordinates(plan.workspace, tasks), points.shape[1]
+    found = find_neighbors(points, queries, n_numbers + 1)
+    return [tuple(np.asarray(known[k][1]) for k in row) for row in found]
+
+
 def _on_either_side(
     known: Sequence[tuple[float, ArrayLike]], task: float
 ) -> tuple[NDArray[np.float64], ...]:
     """Return the known policies next to a task, before and after it."""
-    if not known:
-        return ()
     before = min(known, key=lambda other: (task - other[0]) % 360)
     after = min(known, key=lambda other: (other[0] - task) % 360)
     return np.asarray(before[1]), np.asarray(after[1])
 
 
-def _row(seed: int, task: float, result: SearchResult) -> dict[str, Any]:
+def _row(plan: SweepPlan, task: Any, result: SearchResult) -> dict[str, Any]:
     """Put a result into columns."""
+    names, pays = plan.workspace.task_names, plan.workspace.cost
     return {
-        "task_deg": task,
-        **dict(zip(WEIGHTS, result.policy.tolist(), strict=True)),
+        **dict(zip(names, np.atleast_1d(task).tolist(), strict=True)),
+        **dict(zip(name_weights(result.policy.size), result.policy, strict=True)),
         "distance_m": result.error,
         "energy_rad2_per_s": result.energy,
         "cost": result.cost,
-        "cost_distance": ERROR_WEIGHT * result.error**2,
-        "cost_energy": ENERGY_WEIGHT * result.energy,
+        "cost_distance": pays.error * result.error**2,
+        "cost_energy": pays.energy * result.energy,
         "contact_impulse_n_s": result.contact_impulse,
         "evaluations": result.evaluations,
         "starts": len(result.runs),
         "starts_agreeing": result.n_agreeing,
         "margin": result.margin,
-        "winner": _GIVEN.get(result.winner, result.winner),
-        "seed": seed,
+        "winner": _winner(plan, result.winner),
+        "seed": plan.seed,
     }
+
+
+def _winner(plan: SweepPlan, name: str) -> str:
+    """Say where the run began that won."""
+    if name.startswith("given") and plan.workspace.further:
+        return "neighbour"
+    return _GIVEN.get(name, name)

@@ -45,7 +45,11 @@ _Array = NDArray[np.float64]
 
 
 def locate_cut(
-    *, seed: int = 0, jobs: int = 1, options: SearchOptions | None = None
+    workspace: Workspace | None = None,
+    *,
+    seed: int = 0,
+    jobs: int = 1,
+    options: SearchOptions | None = None,
 ) -> dict[str, Any]:
     """Find where reaching round either side of the base costs the same.
 
@@ -55,6 +59,8 @@ def locate_cut(
 
     Parameters
     ----------
+    workspace : Workspace, optional
+        Whose arm; its obstacles are left out. By default ``Workspace.free()``.
     seed : int, default=0
         Seed of the searches.
     jobs : int, default=1
@@ -68,13 +74,25 @@ def locate_cut(
         The costs of both branches over world angles, the angle of the tie (degrees)
         and the constant: that angle rounded up to the next half degree, so that no
         task of a one-degree grid lies at the tie.
+
+    Raises
+    ------
+    ValueError
+        If there is no tie within 60 degrees of where it is to be expected.
     """
-    middle = 45.0  # opposite the end effector's home; the tie is near
+    world = replace(workspace or Workspace.free(), cut_deg=0.0, circles=())
+    x, y = forward_kinematics(world.home, world.link_lengths)[-1]
+    middle = round(math.degrees(math.atan2(-y, -x)))  # opposite home; the tie is near
     angles = middle + 5.0 * np.arange(-12, 13)
     options = options or SearchOptions()
-    walks = [(walk.tolist(), seed, options) for walk in (angles, angles[::-1])]
+    walks = [(world, walk.tolist(), seed, options) for walk in (angles, angles[::-1])]
     below, above = call_in_order(_walk, walks, jobs=min(jobs, 2), label="walks")
     above = above[::-1]
+    if not below[0] < above[0] or not below[-1] > above[-1]:
+        raise ValueError(
+            f"workspace {world.name!r}: reaching round either side of the base costs "
+            f"the same nowhere between {angles[0]:g} and {angles[-1]:g} degrees"
+        )
     tie = float(np.interp(0.0, np.subtract(below, above), angles))
     return {
         "world_angle_deg": angles.tolist(),
@@ -134,9 +152,11 @@ def _told(options: SearchOptions) -> dict[str, list[str]]:
     return {"options": list(options.changed)} if options.changed else {}
 
 
-def _walk(angles: list[float], seed: int, options: SearchOptions) -> list[float]:
+def _walk(
+    world: Workspace, angles: list[float], seed: int, options: SearchOptions
+) -> list[float]:
     """Return the costs along a branch of policies."""
-    search = partial(search_policy, Workspace(cut_deg=0.0), seed=seed, options=options)
+    search = partial(search_policy, world, seed=seed, options=options)
     found = [search(angles[0])]
     for angle in angles[1:]:
         found.append(search(angle, n_starts=0, start_policies=[found[-1].policy]))
