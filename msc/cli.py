@@ -18,6 +18,7 @@ import msc.plots
 import msc.robot
 import msc.search
 import msc.study
+import msc.worlds
 from msc._parallel import WorkersLost
 from msc.data import find_table, load_dataset, read_package, save_table
 from press import (
@@ -385,6 +386,43 @@ def _tell_results(out: Path, found: Any) -> None:
     print(out)
 
 
+def _add_worlds(commands: Commands) -> None:
+    """Declare `msc worlds`."""
+    parser = commands.add_parser("worlds", help="draw worlds, search and study them")
+    parser.add_argument("step", choices=("make", "search"), help="what to do")
+    parser.add_argument("names", metavar="WORLD", nargs="*", help="which worlds (all)")
+    parser.add_argument("--count", type=int, default=24, help="layouts to make (24)")
+    add_seed(parser)
+    add_jobs(parser)
+    parser.add_argument(
+        "--dask", metavar="tcp://HOST:PORT", help="a Dask scheduler; or tls://"
+    )
+    where = Path("data/worlds")
+    about = f"their folder ({where.as_posix()})"
+    parser.add_argument("--folder", type=Path, default=where, help=about)
+    parser.set_defaults(run=_run_worlds)
+
+
+def _run_worlds(options: argparse.Namespace) -> None:
+    """Draw worlds, or search those that are not yet."""
+    folder: Path = options.folder
+    if options.step == "make":
+        made = msc.worlds.make_worlds(
+            folder, seed=options.seed, count=options.count, progress=True
+        )
+        print(f"{folder}: {len(made)} worlds")
+        return
+    names = options.names or msc.worlds.list_worlds(folder)
+    how = {"seed": options.seed, "jobs": options.jobs, "dask": options.dask}
+    try:
+        msc.worlds.search_worlds(folder, names, **how, progress=True)
+    except KeyboardInterrupt:
+        print("msc: the same command goes on from here", file=sys.stderr)
+        raise
+    except WorkersLost as error:
+        raise ValueError(f"{error}; the same command goes on from here") from None
+
+
 def _add_claims(commands: Commands) -> None:
     """Declare `msc claims`."""
     parser = commands.add_parser("claims", help="judge the paper's claims")
@@ -429,6 +467,7 @@ COMMANDS = (
     _add_render,
     _add_evaluate,
     _add_savings,
+    _add_worlds,
     _run,
     _add_claims,
     _build,

@@ -4,8 +4,9 @@ A *world* is a `Workspace` in a file of its own, `data/worlds/NAME.toml`; beside
 its table of training tasks, `NAME.csv`, and of test tasks, `NAME_test.csv`. Worlds come
 in *families*: all of one are drawn by one rule, and kept whatever comes out.
 
-- `FAMILIES`, `Family`, `draw_worlds`: the rules, and the worlds they make
-- `list_tasks`, `search_worlds`: their tasks, and the tables of them
+- `FAMILIES`, `Family`, `draw_worlds`, `make_worlds`: the rules, and the worlds they
+  make
+- `list_worlds`, `list_tasks`, `search_worlds`: their tasks, and the tables of them
 """
 
 from typing import TYPE_CHECKING
@@ -13,7 +14,7 @@ from typing import TYPE_CHECKING
 from press import face
 
 if TYPE_CHECKING:
-    from msc.worlds._draw import FAMILIES, Family, draw_worlds, family_of
-    from msc.worlds._search import list_tasks, search_worlds
+    from msc.worlds._draw import FAMILIES, Family, draw_worlds, family_of, make_worlds
+    from msc.worlds._search import list_tasks, list_worlds, search_worlds
 
 __all__, __getattr__, __dir__ = face(__name__, __file__)

@@ -7,20 +7,28 @@ numbers are rounded, to 0.1 mm, a gram and 0.01 degree, so that files can be rea
 from __future__ import annotations
 
 import math
+import textwrap
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from pathlib import Path
 
 import numpy as np
+from tqdm import tqdm
 
+from msc._checks import check_whole
 from msc.robot import (
     Circle,
     CostWeights,
     Physics,
     TaskRange,
     Workspace,
+    format_world,
     home_pose,
     random_circles,
+    read_world,
 )
+from msc.study import locate_cut
+from press import replace_file
 
 CONTACT_PRICE = 0.01  # 1/(N s); a newton-second costs as much as one centimetre missed
 _RADII = 0.30, 0.45  # m; of the annulus, whose rim is the circle of the other worlds
@@ -64,14 +72,6 @@ FAMILIES = {
             "home and the goals of the book",
         ),
         Family(
-            "priced",
-            12,
-            72,
-            60,
-            "layouts 1, 3, 5, …, with a price on contact: a newton-second costs as much "
-            "as one centimetre missed",
-        ),
-        Family(
             "arm",
             6,
             72,
@@ -88,6 +88,15 @@ FAMILIES = {
             "layouts 1 to 6, goals 0.30 to 0.45 m from the base",
         ),
         Family(
+            "priced",
+            12,
+            72,
+            60,
+            "layouts 1, 3, 5, …, with a price on contact: a newton-second costs as much "
+            "as one centimetre missed",
+        ),
+        Family("mujoco", 2, 72, 60, "layouts 1 and 2, in the other engine"),
+        Family(
             "height",
             1,
             300,
@@ -103,7 +112,6 @@ FAMILIES = {
             "the first layout that stays clear of the arm when its home is turned by 10 "
             "degrees either way; goals as in the annulus",
         ),
-        Family("mujoco", 2, 72, 60, "layouts 1 and 2, in the other engine"),
     )
 }
 
@@ -211,3 +219,51 @@ def _draw_arm(seed: int, k: int) -> Workspace:
         home=tuple(home.tolist()),
         cut_deg=0.0,
     )
+
+
+def make_worlds(
+    folder: Path, *, seed: int, count: int = 24, progress: bool = False
+) -> list[str]:
+    """Draw all worlds and write their files.
+
+    Parameters
+    ----------
+    folder : Path
+        Where to.
+    seed : int
+        Seed of all draws.
+    count : int, default=24
+        How many layouts, see `draw_worlds`.
+    progress : bool, default=False
+        Whether to show a progress bar on standard error: cuts take half a minute each.
+
+    Returns
+    -------
+    list of str
+        The worlds, in the order in which they are searched.
+
+    Raises
+    ------
+    ValueError
+        If there is a file of another world of that name.
+    """
+    check_whole("count", count, 1, 99)
+    check_whole("seed", seed, 0)
+    drawn = list(draw_worlds(seed, count))
+    for world in tqdm(drawn, desc="worlds", unit="world", disable=not progress):
+        family, path = family_of(world.name), folder / f"{world.name}.toml"
+        told = f"Of `msc worlds make --seed {seed} --count {count}`: {family.rule}."
+        comment = textwrap.fill(told, 86)
+        if not world.circles:  # its cut is to be measured, unless it has been
+            cut = read_world(path).cut_deg if path.is_file() else _measure_cut(world)
+            world = replace(world, cut_deg=cut)  # noqa: PLW2901
+        text = format_world(world, comment)
+        if path.is_file() and path.read_text("utf-8") != text:
+            raise ValueError(f"{path} is another world; wanted another folder")
+        replace_file(path, text)
+    return [world.name for world in drawn]
+
+
+def _measure_cut(world: Workspace) -> float:
+    """Measure where reaching round either side of the base costs the same."""
+    return float(locate_cut(world)["cut_deg"])

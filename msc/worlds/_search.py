@@ -14,11 +14,42 @@ from msc._parallel import open_workers
 from msc.data import read_package, save_table
 from msc.robot import LINK_RADIUS, Workspace, read_world
 from msc.search import SearchOptions, SweepPlan, draw_tasks, grid, identify_code, search_tasks
-from msc.worlds._draw import family_of
+from msc.worlds._draw import FAMILIES, family_of
 from press import checksum
 
 OPTIONS = SearchOptions(apart=0.3)  # tasks five degrees apart share less than near ones
 _OFFSET_DEG = 0.5  # of test tasks six degrees apart, beside training tasks five apart
+
+
+def list_worlds(folder: Path) -> list[str]:
+    """List the worlds of a folder that are of a family, in the order of search.
+
+    Parameters
+    ----------
+    folder : Path
+        Where their files are.
+
+    Returns
+    -------
+    list of str
+        Their names, family by family as `FAMILIES` has them.
+
+    Raises
+    ------
+    ValueError
+        If there are none.
+    """
+    names = sorted(path.stem for path in folder.glob("*.toml"))
+    families = [name.rstrip("0123456789") for name in names]
+    found = [
+        name
+        for family in FAMILIES
+        for name, own in zip(names, families, strict=True)
+        if own == family
+    ]
+    if not found:
+        raise ValueError(f"{folder} has no worlds; make some: msc worlds make")
+    return found
 
 
 def list_tasks(workspace: Workspace) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
