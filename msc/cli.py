@@ -389,7 +389,8 @@ def _tell_results(out: Path, found: Any) -> None:
 def _add_worlds(commands: Commands) -> None:
     """Declare `msc worlds`."""
     parser = commands.add_parser("worlds", help="draw worlds, search and study them")
-    parser.add_argument("step", choices=("make", "search"), help="what to do")
+    steps = "make", "search", "jumps", "study"
+    parser.add_argument("step", choices=steps, help="what to do, in this order")
     parser.add_argument("names", metavar="WORLD", nargs="*", help="which worlds (all)")
     parser.add_argument("--count", type=int, default=24, help="layouts to make (24)")
     add_seed(parser)
@@ -400,11 +401,14 @@ def _add_worlds(commands: Commands) -> None:
     where = Path("data/worlds")
     about = f"their folder ({where.as_posix()})"
     parser.add_argument("--folder", type=Path, default=where, help=about)
+    out = Path("data/results/worlds")
+    about = f"a folder for jumps and studies ({out.as_posix()})"
+    parser.add_argument("--out-dir", type=Path, default=out, help=about)
     parser.set_defaults(run=_run_worlds)
 
 
 def _run_worlds(options: argparse.Namespace) -> None:
-    """Draw worlds, or search those that are not yet."""
+    """Draw worlds; or search, bisect or study those that are not yet."""
     folder: Path = options.folder
     if options.step == "make":
         made = msc.worlds.make_worlds(
@@ -414,8 +418,14 @@ def _run_worlds(options: argparse.Namespace) -> None:
         return
     names = options.names or msc.worlds.list_worlds(folder)
     how = {"seed": options.seed, "jobs": options.jobs, "dask": options.dask}
+    how |= {"progress": True}
     try:
-        msc.worlds.search_worlds(folder, names, **how, progress=True)
+        if options.step == "search":
+            msc.worlds.search_worlds(folder, names, **how)
+        elif options.step == "jumps":
+            msc.worlds.locate_jumps(folder, options.out_dir, names, **how)
+        else:
+            msc.worlds.study_worlds(folder, options.out_dir, names, **how)
     except KeyboardInterrupt:
         print("msc: the same command goes on from here", file=sys.stderr)
         raise

@@ -92,6 +92,7 @@ _PACKAGES = ("msc", "numpy", "scipy", "cma", "pybullet")
 _COMMANDS = {
     "study": "msc evaluate --profile full",
     "elbow": "msc evaluate --profile full",
+    "jumps": "msc worlds jumps {workspace}",
     "audit": "msc audit data/{workspace}.csv --out data/results/audit_{workspace}.json",
     "claims": "msc claims --out data/results/claims.json --readme README.md",
     "bench": "make bench",

@@ -208,10 +208,11 @@ def search_policy(
 
 def search_policies(
     workspace: Workspace,
-    tasks_deg: Sequence[float],
+    tasks_deg: Sequence[Task],
     *,
     seed: int,
     n_starts: int = 4,
+    start_policies: Sequence[Sequence[ArrayLike]] | None = None,
     options: SearchOptions | None = None,
 ) -> list[SearchResult]:
     """Search the policies of several tasks, nine at a time in one physics world.
@@ -221,11 +222,13 @@ def search_policies(
     workspace : Workspace
         The world.
     tasks_deg : sequence of float
-        Task angles (degrees).
+        Task angles (degrees); where tasks have further numbers, rows of them.
     seed : int
         Seed of all random draws, as of `search_policy`.
     n_starts : int, default=4
         Independent starts a task.
+    start_policies : sequence of sequence of array_like, optional
+        Starts of each task before those, as of `search_policy`.
     options : SearchOptions, optional
         How the searches go about it; by default ``SearchOptions()``.
 
@@ -247,7 +250,11 @@ def search_policies(
     True
     """
     search = partial(search_steps, seed=seed, n_starts=n_starts, options=options)
-    searches = [(task, search(workspace, task)) for task in tasks_deg]
+    given = [()] * len(tasks_deg) if start_policies is None else start_policies
+    searches = [
+        (task, search(workspace, task, start_policies=starts))
+        for task, starts in zip(tasks_deg, given, strict=True)
+    ]
     found = dict(run_in_lockstep(workspace, searches))
     return [found[number] for number in range(len(searches))]
 

@@ -38,7 +38,8 @@ if TYPE_CHECKING:
     )
     from msc.study._elbows import read_elbows
     from msc.study._gates import average_gates, compare_gates
-    from msc.study._measure import execute_policies
+    from msc.study._measure import execute_policies, measure_method
+    from msc.study._plans import measure_plans
     from msc.study._methods import METHODS, build_method, fit_methods
     from msc.study._ranks import Ranks, critical_difference, rank_methods
     from msc.study._sampling import (
@@ -64,6 +65,7 @@ if TYPE_CHECKING:
         count_ahead,
         find_cell,
         format_study,
+        summarise_cell,
     )
     from msc.study._trial import Experiment
 

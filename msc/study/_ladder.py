@@ -60,7 +60,9 @@ def build_ladder(to: Setting) -> Any:
 
 def true_jumps(workspace: Workspace) -> tuple[float, ...]:
     """Return where bisection found jumps (rad), that at the cut not counted."""
-    (audit,) = load_results(f"audit_{workspace.name}")
+    is_headline = workspace.name in ("free", "obstacles")
+    name = "audit_" if is_headline else "worlds/jumps_"
+    (audit,) = load_results(f"{name}{workspace.name}")
     between = [jump["between_deg"] for jump in audit["jumps"] if jump["is_jump"]]
     return tuple(np.radians(np.mean(one)) for one in between if one[1] < 360)
 

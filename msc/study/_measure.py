@@ -14,7 +14,7 @@ import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
 from msc.data import Dataset
-from msc.robot import DMP, Workspace, cached_arm, check_policies
+from msc.robot import Workspace, cached_arm, check_policies
 from msc.search import cost
 
 Array = NDArray[np.float64]
@@ -25,7 +25,7 @@ SIDE = 1e-9  # rad; a test task is predicted from so far before and behind it
 _OTHER = 1e-3  # of a weight; predictions so far apart are two
 # What a policy did for a task, in a world: methods and training sets often predict the
 # same, and it would do the same again, to the bit.
-_DONE: dict[tuple[Workspace, float, bytes], tuple[float, float, bool]] = {}
+_DONE: dict[tuple[Any, ...], tuple[float, float, bool]] = {}
 _MOST = 200_000  # some 50 MB
 
 
@@ -105,7 +105,8 @@ def execute_policies(
     policies : array_like of shape (n_tasks, n_params)
         Weights of Eq. 7, in the order of the table.
     table : DataFrame
-        The tasks, and what their searched policies cost: columns `task_deg` and `cost`.
+        The tasks, and what their searched policies cost: columns `task_deg`, further
+        numbers of tasks if they have any, and `cost`.
 
     Returns
     -------
@@ -127,26 +128,28 @@ def execute_policies(
     >>> bool((done["error_cm"] > 1).all()), done["touched"].tolist()
     (True, [False, False])
     """
-    tasks = table["task_deg"].tolist()
-    rows = check_policies(policies, DMP().n_params)
+    names = list(workspace.task_names)
+    tasks = [tuple(task) for task in table[names].to_numpy().tolist()]
+    rows = check_policies(policies, workspace.dmp.n_params)
     if len(rows) != len(tasks):
         raise ValueError(f"{len(rows)} policies for {len(tasks)} tasks; wanted as many")
     keys = [(workspace, *key) for key in zip(tasks, map(bytes, rows), strict=True)]
     known = {key: _DONE[key] for key in keys if key in _DONE}
     new = {key: place for place, key in enumerate(keys) if key not in known}
-    angles = [task for _, task, _ in new]
-    rollouts = cached_arm(workspace).execute_many(rows[[*new.values()]], angles)
+    asked: list[Any] = [task if workspace.further else task[0] for _, task, _ in new]
+    rollouts = cached_arm(workspace).execute_many(rows[[*new.values()]], asked)
     for key, rollout in zip(new, rollouts, strict=True):
-        known[key] = 100 * rollout.error, cost(rollout), rollout.touched
+        paid = cost(rollout, workspace.cost)
+        known[key] = 100 * rollout.error, paid, rollout.touched
     if len(_DONE) > _MOST:
         _DONE.clear()
     _DONE.update(known)
-    error_cm, paid, touched = np.array([known[key] for key in keys]).reshape(-1, 3).T
+    error_cm, costs, touched = np.array([known[key] for key in keys]).reshape(-1, 3).T
     return pd.DataFrame(
         {
             "task_deg": table["task_deg"].to_numpy(),
             "error_cm": error_cm,
-            "excess_cost": paid - table["cost"],
+            "excess_cost": costs - table["cost"],
             "touched": touched.astype(bool),
         }
     )

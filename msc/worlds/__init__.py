@@ -7,6 +7,8 @@ in *families*: all of one are drawn by one rule, and kept whatever comes out.
 - `FAMILIES`, `Family`, `draw_worlds`, `make_worlds`: the rules, and the worlds they
   make
 - `list_worlds`, `list_tasks`, `search_worlds`: their tasks, and the tables of them
+- `locate_jumps` and, of one world, `bisect_world`: where policies leap
+- `study_worlds` and, of one world, `study_world`: methods against each other
 """
 
 from typing import TYPE_CHECKING
@@ -15,6 +17,8 @@ from press import face
 
 if TYPE_CHECKING:
     from msc.worlds._draw import FAMILIES, Family, draw_worlds, family_of, make_worlds
+    from msc.worlds._jumps import bisect_world, locate_jumps
     from msc.worlds._search import list_tasks, list_worlds, search_worlds
+    from msc.worlds._study import list_tried, study_world, study_worlds
 
 __all__, __getattr__, __dir__ = face(__name__, __file__)

@@ -1,0 +1,258 @@
+"""Methods against each other in each of the worlds, a file a world."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from tqdm import tqdm
+
+from msc._parallel import open_workers
+from msc.data import (
+    Dataset,
+    describe_origin,
+    find_jump_edges,
+    load_dataset,
+    task_edges,
+)
+from msc.robot import Workspace, read_world
+from msc.search import identify_code
+from msc.study import (
+    METHODS,
+    build_method,
+    draw_samples,
+    fit_methods,
+    format_study,
+    measure_method,
+    measure_plans,
+    summarise_cell,
+)
+from press import replace_file
+
+SIZES = (12, 24, 50)
+N_FULL = 3  # training sets on which all methods are tried
+N_SETS = 10  # of each size and design, if there are so many
+# On all training sets those that questions are asked about, and what is as quick; the
+# others on evenly spaced sets of 24 tasks, or three random ones.
+ALWAYS = (
+    "charts",
+    "single regression",
+    "CrKr",
+    "nearest neighbour",
+    "linear interpolation",
+    "mean policy",
+    "zero policy",
+    "charts, SVM gate",
+    "charts, Matérn",
+    "single, Matérn",
+    "charts, one kernel",
+    "single, one kernel",
+    "charts, Matérn, one kernel",
+    "single, Matérn, one kernel",
+    "ladder: SMCE, true gate",
+    "1 chart",
+    "8 charts",
+)
+WITH_ROLLOUTS = "layout01", "layout02", "layout03", "layout04"  # where they are tried
+_ALL_AT = 24
+_KEPT = ("mean", "per_repetition", "waves", "n_tasks")
+_VERSIONS = ("numpy", "scikit-learn", "cvxpy", "pybullet")
+
+Array = NDArray[np.float64]
+
+
+def study_worlds(
+    folder: Path,
+    out: Path,
+    names: Iterable[str],
+    *,
+    seed: int = 0,
+    jobs: int = 1,
+    dask: str | None = None,
+    progress: bool = False,
+) -> list[str]:
+    """Fit methods to training sets of worlds, and test them; those that are not yet.
+
+    Parameters
+    ----------
+    folder : Path
+        Where worlds and tables are.
+    out : Path
+        Where results go, a file a world.
+    names : iterable of str
+        Which worlds.
+    seed : int, default=0
+        Seed of the training sets and the clustering.
+    jobs : int, default=1
+        Worker processes, a world each; the result does not depend on them.
+    dask : str, optional
+        Address of a Dask scheduler, whose workers do the work instead.
+    progress : bool, default=False
+        Whether to show a progress bar on standard error.
+
+    Returns
+    -------
+    list of str
+        The worlds that were studied.
+    """
+    left = [name for name in names if not (out / f"{name}.json").is_file()]
+    calls = [
+        (read_world(folder / f"{name}.toml"), *_load(folder, name), seed)
+        for name in left
+    ]
+    bar = tqdm(desc="study", total=len(left), unit="world", disable=not progress)
+    with bar, open_workers(jobs, dask, code=identify_code) as run:
+        for number, found in run(study_world, calls):
+            name = left[number]
+            tables = [folder / f"{name}{end}" for end in (".csv", "_test.csv", ".toml")]
+            origin = describe_origin(f"msc worlds study {name} --seed {seed}", *tables)
+            versions = {one: metadata.version(one) for one in _VERSIONS}
+            told = {"world": name, "seed": seed, "provenance": origin, **found}
+            told["provenance"] |= {"versions": versions}
+            replace_file(out / f"{name}.json", format_study(told))
+            bar.update()
+    return left
+
+
+def _load(folder: Path, name: str) -> tuple[Dataset, Dataset]:
+    """Load a world's training and test tasks."""
+    train, test = (load_dataset(folder / f"{name}{end}.csv") for end in ("", "_test"))
+    return train, test
+
+
+def study_world(
+    world: Workspace, train: Dataset, test: Dataset, seed: int = 0
+) -> dict[str, Any]:
+    """Try all methods in a world.
+
+    Parameters
+    ----------
+    world : Workspace
+        The world.
+    train, test : Dataset
+        Its tables.
+    seed : int, default=0
+        Seed of the training sets and the clustering.
+
+    Returns
+    -------
+    dict
+        "cells", each a design and a size: as those of `msc.study.Study`, without what
+        a mean does not need; "failed": what could not be fitted, and why.
+    """
+    units = world.task_units
+    grid, new = (one._replace(tasks=one.tasks / units) for one in (train, test))
+    edges = task_edges(grid.tasks)
+    at = edges[find_jump_edges(grid.policies, edges)]
+    places = (grid.tasks[at[:, 0]] + grid.tasks[at[:, 1]]) / 2
+    cells, failed = [], {}
+    for design, n_samples, sets in list_world_sets(grid.tasks, seed):
+        found: dict[str, dict[str, list[Any]]] = {}
+        is_first = design == ("uniform" if world.further else "even")
+        for number, chosen in enumerate(sets):
+            full = n_samples == _ALL_AT and is_first and number < N_FULL
+            for name in list_tried(world) if full else ALWAYS:
+                told = _try(name, world, (grid, new), chosen, seed)
+                if isinstance(told, str):
+                    failed[f"{name}/{design}/{n_samples}/{number}"] = told
+                    continue
+                for key, errors in told.items():
+                    found.setdefault(name, {}).setdefault(key, []).append(errors)
+        raw = {
+            name: {key: np.array(rows) for key, rows in of.items()}
+            for name, of in found.items()
+        }
+        away = _away(world, places, new.tasks, n_samples)
+        summary = summarise_cell(raw, away, np.ones(len(away)))["measures"]
+        cells.append(
+            {
+                "design": design,
+                "n_samples": n_samples,
+                "repetitions": len(sets),
+                "measures": {
+                    measure: {
+                        name: {key: one[key] for key in _KEPT}
+                        for name, one in of.items()
+                    }
+                    for measure, of in summary.items()
+                },
+            }
+        )
+    return {"cells": cells, "failed": failed}
+
+
+def list_tried(world: Workspace) -> tuple[str, ...]:
+    """List the methods that are tried in a world.
+
+    Parameters
+    ----------
+    world : Workspace
+        The world.
+
+    Returns
+    -------
+    tuple of str
+        Names of `METHODS`: all that fit tasks of so many numbers; of those with
+        rollouts of their own, in four worlds.
+    """
+    n_numbers = len(world.task_names)
+    return tuple(
+        name
+        for name, method in METHODS.items()
+        if method.n_numbers in (None, n_numbers)
+        and (method.group != "rollouts" or world.name in WITH_ROLLOUTS)
+    )
+
+
+def list_world_sets(
+    tasks: Array, seed: int
+) -> list[tuple[str, int, list[NDArray[np.intp]]]]:
+    """Draw all training sets of a world: by design and size.
+
+    Evenly spaced ones of tasks on a circle, as far as there are any, and as many at
+    random.
+    """
+    designs = ("even", "uniform") if tasks.shape[1] == 1 else ("uniform",)
+    places = np.linspace(0, 2 * np.pi, len(tasks), endpoint=False)  # which, not where
+    return [
+        (design, size, draw_samples(design, places, size, n_draws=N_SETS, seed=seed))
+        for design in designs
+        for size in SIZES
+    ]
+
+
+def _try(
+    name: str,
+    world: Workspace,
+    datasets: tuple[Dataset, Dataset],
+    chosen: NDArray[np.intp],
+    seed: int,
+) -> dict[str, NDArray[Any]] | str:
+    """Fit a method to a training set and test it; or tell why that failed."""
+    grid, test = datasets
+    known = grid.tasks[chosen], grid.policies[chosen], grid.table["cost"][chosen]
+    try:
+        method = fit_methods(*known, names=[name], seed=seed, workspace=world)[name]
+        if hasattr(method, "plan"):
+            return measure_plans(method, world, test)
+        return measure_method(name, method, world, datasets, chosen)
+    except Exception as error:  # whatever a method of others raises
+        return f"{type(error).__name__}: {error}"
+
+
+def _away(
+    world: Workspace, places: Array, tasks: Array, n_samples: int
+) -> NDArray[np.bool_]:
+    """Tell which test tasks are farther from every jump than n samples lie apart."""
+    spans = [(one.high - one.low) for one in world.further] / world.task_units[1:]
+    spans = [
+        np.deg2rad(span) if one.name.endswith("_deg") else span
+        for one, span in zip(world.further, spans, strict=True)
+    ]
+    apart = (2 * np.pi * np.prod(spans) / n_samples) ** (1 / tasks.shape[1])
+    gaps = np.linalg.norm(tasks[:, None] - places, axis=-1)
+    return np.asarray((gaps > apart).all(axis=1))
