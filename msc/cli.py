@@ -294,6 +294,11 @@ def _add_evaluate(commands: Commands) -> None:
     parser.add_argument(
         "--methods", metavar="NAME,…", help="whom to try (all, where that is stale)"
     )
+    parser.add_argument(
+        "--recheck",
+        action="store_true",
+        help="try what only other code has made stale on some sets; keep it if it holds",
+    )
     parser.set_defaults(run=_run_evaluate)
 
 
@@ -306,7 +311,9 @@ def _run_evaluate(options: argparse.Namespace) -> None:
     what = {"profile": options.profile, "seed": options.seed, "jobs": options.jobs}
     what |= {"progress": True}
     for world in worlds:
-        study = msc.study.run_study(world, folder, names=wanted, **what)
+        study = msc.study.run_study(
+            world, folder, names=wanted, recheck=options.recheck, **what
+        )
         _tell_results(folder / f"study_{world}.json", study)
         _tell_failures(study, wanted or [*study["failed"]])
         if wanted is None:

@@ -56,6 +56,17 @@ class Trials:
         np.savez_compressed(memory, about=about, **errors)  # type: ignore[arg-type]
         replace_file(path, memory.getvalue())
 
+    def begins(self, others: Trials) -> bool:
+        """Whether others have the same errors on their first sets, to the bit kept."""
+        return self.errors.keys() == others.errors.keys() and all(
+            np.array_equal(
+                _shorten(errors),
+                others.errors[key][: len(errors)],
+                equal_nan=errors.dtype.kind == "f",
+            )
+            for key, errors in self.errors.items()
+        )
+
     @classmethod
     def read(cls, path: Path) -> Trials | None:
         """Read a file, or nothing if it is missing or torn."""
