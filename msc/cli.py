@@ -396,7 +396,7 @@ def _tell_results(out: Path, found: Any) -> None:
 def _add_worlds(commands: Commands) -> None:
     """Declare `msc worlds`."""
     parser = commands.add_parser("worlds", help="draw worlds, search and study them")
-    steps = "make", "search", "jumps", "study"
+    steps = "make", "search", "jumps", "study", "engines", "judge"
     parser.add_argument("step", choices=steps, help="what to do, in this order")
     parser.add_argument("names", metavar="WORLD", nargs="*", help="which worlds (all)")
     parser.add_argument("--count", type=int, default=24, help="layouts to make (24)")
@@ -431,6 +431,12 @@ def _run_worlds(options: argparse.Namespace) -> None:
             msc.worlds.search_worlds(folder, names, **how)
         elif options.step == "jumps":
             msc.worlds.locate_jumps(folder, options.out_dir, names, **how)
+        elif options.step == "engines":
+            out = options.out_dir / "engines.json"
+            msc.worlds.compare_engines(folder, out, names, progress=True)
+        elif options.step == "judge":
+            out = options.out_dir / "verdicts.json"
+            write_json(out, msc.worlds.judge_worlds(folder, options.out_dir))
         else:
             msc.worlds.study_worlds(folder, options.out_dir, names, **how)
     except KeyboardInterrupt:

@@ -326,6 +326,10 @@ class Refusing(BaseEstimator):
         return np.zeros((len(X), *self.shape))
 
 
+def drawn(effort):
+    return list_sets(effort, load_dataset("free").tasks, 3)
+
+
 def keep(tmp_path, **options):
     return run_study("free", tmp_path, seed=3, **options)
 
@@ -368,6 +372,35 @@ def test_exactly_what_is_stale_is_done_again(tmp_path, monkeypatch):
     assert done == []
     assert keep(tmp_path) == first
     assert done == ["CrKr"]
+
+
+def test_what_only_other_code_has_made_stale_may_be_rechecked(tmp_path, monkeypatch):
+    effort = replace(LEAST, repetitions=3)
+    monkeypatch.setitem(PROFILES, "quick", effort)
+    first, path = keep(tmp_path), method_path(tmp_path, "free", "CrKr")
+    old, really, done = Trials.read(path), msc.study._study.call_in_order, []
+
+    def call(work, calls, **options):
+        done.append(len(calls))
+        return really(work, calls, **options)
+
+    monkeypatch.setattr("msc.study._study.call_in_order", call)
+    n_all = len([s for some in sets_of("CrKr", effort, drawn(effort)).values() for s in some])
+    n_first = len(sets_of("CrKr", effort, drawn(effort)))
+    assert n_first < n_all
+    Trials({**old.about, "code": "other"}, old.errors).write(path)
+    assert keep(tmp_path, recheck=True) == first
+    assert Trials.read(path).about == {**old.about, "rechecked": n_first}
+    other = {key: errors * 1.01 for key, errors in old.errors.items()}
+    for about, errors in [
+        ({"code": "other"}, other),  # something else comes out
+        ({"tables": {}}, old.errors),  # not only code
+        ({"versions": {}}, old.errors),
+    ]:
+        Trials({**old.about, **about}, errors).write(path)
+        assert keep(tmp_path, recheck=True) == first
+        assert Trials.read(path).about == old.about
+    assert done == [n_first, n_first, n_all, n_all, n_all]
 
 
 def test_what_was_not_tried_is_not_there_and_what_is_unknown_is_named(

@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -212,7 +213,7 @@ def search_policies(
     *,
     seed: int,
     n_starts: int = 4,
-    start_policies: Sequence[Sequence[ArrayLike]] | None = None,
+    start_policies: Any = None,
     options: SearchOptions | None = None,
 ) -> list[SearchResult]:
     """Search the policies of several tasks, nine at a time in one physics world.
@@ -227,7 +228,7 @@ def search_policies(
         Seed of all random draws, as of `search_policy`.
     n_starts : int, default=4
         Independent starts a task.
-    start_policies : sequence of sequence of array_like, optional
+    start_policies : array_like of shape (n_tasks, n_given, n_params), optional
         Starts of each task before those, as of `search_policy`.
     options : SearchOptions, optional
         How the searches go about it; by default ``SearchOptions()``.

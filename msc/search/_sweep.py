@@ -238,7 +238,9 @@ def _levels(plan: SweepPlan) -> list[_Level]:
 def _ring_level(ring: Sequence[int]) -> _Level:
     """Let tasks on a circle have one neighbour on either side."""
     n = len(ring)
-    neighbors = {k: (ring[p - 1], ring[(p + 1) % n]) for p, k in enumerate(ring)}
+    neighbors: dict[int, tuple[int, ...]] = {
+        k: (ring[p - 1], ring[(p + 1) % n]) for p, k in enumerate(ring)
+    }
     return _Level(neighbors, {k: place % 2 for place, k in enumerate(ring)})
 
 

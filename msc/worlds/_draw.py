@@ -28,6 +28,7 @@ from msc.robot import (
     read_world,
 )
 from msc.study import locate_cut
+from msc.worlds._variants import VARIANTS, draw_variants
 from press import replace_file
 
 CONTACT_PRICE = 0.01  # 1/(N s); a newton-second costs as much as one centimetre missed
@@ -45,7 +46,7 @@ class Family:
     name : str
         With a number behind it, a world's name.
     count : int
-        How many there are, of 24 layouts.
+        How many there are; with 24 layouts.
     n_train, n_test : int
         Tasks of each.
     rule : str
@@ -112,6 +113,13 @@ FAMILIES = {
             "the first layout that stays clear of the arm when its home is turned by 10 "
             "degrees either way; goals as in the annulus",
         ),
+        Family(
+            "variant",
+            2 * len(VARIANTS) - 1,
+            24,
+            36,
+            "the headline worlds, one choice of ours changed",
+        ),
     )
 }
 
@@ -139,6 +147,9 @@ def family_of(name: str) -> Family:
     >>> family_of("layout07").n_train
     72
     """
+    base, _, variant = name.partition("-")
+    if base in ("free", "obstacles") and variant in VARIANTS:
+        return FAMILIES["variant"]
     found = FAMILIES.get(name.rstrip("0123456789"))
     if found is None or not name[-1:].isdigit():
         raise ValueError(f"world={name!r} is of no family; wanted {', '.join(FAMILIES)}")
@@ -194,6 +205,7 @@ def draw_worlds(seed: int, count: int = 24) -> Iterator[Workspace]:
     other_engine = Physics(engine="mujoco")
     for k, world in enumerate(layouts[: FAMILIES["mujoco"].count], start=1):
         yield replace(world, name=f"mujoco{k:02}", physics=other_engine)
+    yield from draw_variants()
 
 
 def _draw_circles(seed: int, k: int) -> tuple[Circle, ...]:
@@ -254,7 +266,9 @@ def make_worlds(
         family, path = family_of(world.name), folder / f"{world.name}.toml"
         told = f"Of `msc worlds make --seed {seed} --count {count}`: {family.rule}."
         comment = textwrap.fill(told, 86)
-        if not world.circles:  # its cut is to be measured, unless it has been
+        if family.name == "variant":
+            comment = f"{comment}\n{VARIANTS[world.name.partition('-')[2]][0]}"
+        if _needs_cut(world):  # its cut is to be measured, unless it has been
             cut = read_world(path).cut_deg if path.is_file() else _measure_cut(world)
             world = replace(world, cut_deg=cut)  # noqa: PLW2901
         text = format_world(world, comment)
@@ -262,6 +276,11 @@ def make_worlds(
             raise ValueError(f"{path} is another world; wanted another folder")
         replace_file(path, text)
     return [world.name for world in drawn]
+
+
+def _needs_cut(world: Workspace) -> bool:
+    """Whether the home pose is another, and with it where both ways cost the same."""
+    return world.home != Workspace.home
 
 
 def _measure_cut(world: Workspace) -> float:

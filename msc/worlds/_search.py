@@ -18,7 +18,8 @@ from msc.worlds._draw import FAMILIES, family_of
 from press import checksum
 
 OPTIONS = SearchOptions(apart=0.3)  # tasks five degrees apart share less than near ones
-_OFFSET_DEG = 0.5  # of test tasks six degrees apart, beside training tasks five apart
+# Of so many test tasks, evenly spaced, so that none is a training task.
+_OFFSETS_DEG = {60: 0.5, 36: 2.5}
 
 
 def list_worlds(folder: Path) -> list[str]:
@@ -40,7 +41,7 @@ def list_worlds(folder: Path) -> list[str]:
         If there are none.
     """
     names = sorted(path.stem for path in folder.glob("*.toml"))
-    families = [name.rstrip("0123456789") for name in names]
+    families = [family_of(name).name for name in names]
     found = [
         name
         for family in FAMILIES
@@ -80,7 +81,8 @@ def list_tasks(workspace: Workspace) -> tuple[tuple[Any, ...], tuple[Any, ...]]:
         train = draw_tasks(workspace, family.n_train)
         test = draw_tasks(workspace, family.n_test, skip=family.n_train)
     else:
-        train, test = grid(family.n_train), grid(family.n_test, _OFFSET_DEG)
+        offset = _OFFSETS_DEG[family.n_test]
+        train, test = grid(family.n_train), grid(family.n_test, offset)
     return _reachable(workspace, train), _reachable(workspace, test)
 
 

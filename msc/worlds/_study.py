@@ -20,7 +20,7 @@ from msc.data import (
     task_edges,
 )
 from msc.robot import Workspace, read_world
-from msc.search import identify_code
+from msc.search import coordinates, identify_code
 from msc.study import (
     METHODS,
     build_method,
@@ -216,6 +216,8 @@ def list_world_sets(
     Evenly spaced ones of tasks on a circle, as far as there are any, and as many at
     random.
     """
+    if len(tasks) == _ALL_AT:  # there is no other set
+        return [("even", _ALL_AT, [np.arange(_ALL_AT)])]
     designs = ("even", "uniform") if tasks.shape[1] == 1 else ("uniform",)
     places = np.linspace(0, 2 * np.pi, len(tasks), endpoint=False)  # which, not where
     return [
@@ -248,11 +250,9 @@ def _away(
     world: Workspace, places: Array, tasks: Array, n_samples: int
 ) -> NDArray[np.bool_]:
     """Tell which test tasks are farther from every jump than n samples lie apart."""
-    spans = [(one.high - one.low) for one in world.further] / world.task_units[1:]
-    spans = [
-        np.deg2rad(span) if one.name.endswith("_deg") else span
-        for one, span in zip(world.further, spans, strict=True)
-    ]
-    apart = (2 * np.pi * np.prod(spans) / n_samples) ** (1 / tasks.shape[1])
+    ends = [(360.0, *(one.high for one in world.further))]
+    ends += [(0.0, *(one.low for one in world.further))]
+    spans = -np.diff(coordinates(world, ends), axis=0)
+    apart = (np.prod(spans) / n_samples) ** (1 / tasks.shape[1])
     gaps = np.linalg.norm(tasks[:, None] - places, axis=-1)
     return np.asarray((gaps > apart).all(axis=1))
