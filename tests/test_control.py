@@ -99,7 +99,7 @@ def test_an_error_dies_out_as_a_triple_pole_says(bandwidth, world):
     world.controller = replace(unbounded, bandwidth=bandwidth)
     first = np.array([0.03, -0.02, 0.04])
     plan = np.tile(home + first, (1, 241, 1))
-    joints, _ = world.track(plan)
+    joints, _ = world.track(plan, home[np.newaxis], np.empty((1, 0, 3)))
     time = bandwidth * TIME_STEP * np.arange(241)[:, None]
     wanted = (1 + time - time**2) * np.exp(-time)
     late = 0.7 * bandwidth * TIME_STEP  # commands are held for a time step

@@ -36,6 +36,7 @@ ONLY_IN = {
     "pybullet": "msc.robot._bullet",
     "pybullet_data": "msc.robot._bullet",
     "pybullet_utils": "msc.robot._bullet",
+    "mujoco": "msc.robot._mujoco",
     "cma": "msc.search._cmaes",
 }
 KNOWS_GOALS = {  # rivals that ask how movements end
@@ -203,7 +204,9 @@ def test_floors_are_loaded_when_asked_for():
     assert ran.stdout.split() == ["False", "True", "False"]
 
 
-@pytest.mark.parametrize("heavy", ["scipy", "sklearn", "pybullet", "matplotlib"])
+@pytest.mark.parametrize(
+    "heavy", ["scipy", "sklearn", "pybullet", "mujoco", "matplotlib"]
+)
 def test_a_table_is_loaded_without_what_only_others_need(heavy):
     told = f"import sys, msc; msc.load_dataset('free'); print({heavy!r} in sys.modules)"
     ran = subprocess.run(

@@ -44,18 +44,17 @@ from msc.robot._control import ControllerGains
 from msc.robot._dmp import DMP
 from msc.robot._workspace import TASK_NUMBERS, CostWeights, Physics, Workspace
 
-_UNITS = {
-    "length": {"m": 1.0, "cm": 0.01, "mm": 0.001},
-    "angle": {"deg": 1.0, "rad": 180 / math.pi},
-    "mass": {"kg": 1.0, "g": 0.001},
+_UNITS = {  # how many make one of ours
+    "length": {"m": 1.0, "cm": 100.0, "mm": 1000.0},
+    "angle": {"deg": 1.0, "rad": math.pi / 180},
+    "mass": {"kg": 1.0, "g": 1000.0},
 }
-_RADIANS = {"deg": math.pi / 180, "rad": 1.0}
 # By section and key, the field of a `Workspace` and what it is a measure of.
 _FIELDS = {
     "arm": {
         "link_lengths": ("link_lengths", "length"),
         "link_masses": ("link_masses", "mass"),
-        "home": ("home", "radians"),
+        "home": ("home", "angle"),
     },
     "goals": {"radius": ("goal_radius", "length"), "cut": ("cut_deg", "angle")},
 }
@@ -119,17 +118,11 @@ def _build(told: dict[str, Any], stem: str) -> Workspace:
                 f"{', '.join(_UNITS[kind])}"
             )
 
-    scales = {
-        kind: known[units.get(kind, next(iter(known)))]
-        for kind, known in _UNITS.items()
-    }
-    scales["radians"] = _RADIANS[units.get("angle", "deg")]
-
     def measured(name: str, values: Any, kind: str) -> Any:
         numbers = to_floats(name, values)
         if np.asarray(values).dtype.kind not in "iuf":  # text, or true
             raise ValueError(f"{name} = {values!r}; wanted numbers")
-        return (numbers * scales[kind]).tolist()
+        return (numbers / _UNITS[kind].get(units.get(kind, ""), 1.0)).tolist()
 
     given: dict[str, Any] = {"name": told.get("name", stem)}
     if not isinstance(given["name"], str) or not given["name"]:
@@ -141,6 +134,8 @@ def _build(told: dict[str, Any], stem: str) -> Workspace:
             field, kind = known[key]
             number = measured(f"[{section}] {key}", value, kind)
             given[field] = tuple(number) if isinstance(number, list) else number
+    if "home" in given:
+        given["home"] = tuple(np.deg2rad(given["home"]).tolist())
     given["circles"] = tuple(
         _read_obstacle(one, number, measured)
         for number, one in enumerate(_listed(told, "obstacles"), start=1)
