@@ -14,6 +14,7 @@ from msc.robot._control import (
     coupled_inertias,
     rod_inertia,
 )
+from msc.robot._mujoco import MujocoWorld
 
 free = Workspace.free()
 inertias = coupled_inertias(free.link_lengths, free.link_masses)
@@ -22,9 +23,12 @@ home = np.array(free.home)
 motions = st.tuples(*[st.tuples(*[st.floats(-5, 5)] * 3)] * 3)
 
 
-@pytest.fixture
-def world():
-    world = BulletWorld(free, unbounded, 1)
+@pytest.fixture(params=[BulletWorld, MujocoWorld])
+def world(request):
+    try:
+        world = request.param(free, unbounded, 1)
+    except ValueError as error:  # not installed
+        pytest.skip(str(error))
     yield world
     world.close()
 
@@ -34,6 +38,7 @@ def world():
 
 @pytest.fixture(scope="module")
 def arm():
+    pytest.importorskip("pybullet", reason="PyBullet is not installed")
     with Arm(free, n_parallel=1) as arm:
         yield arm
 

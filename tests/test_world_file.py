@@ -251,7 +251,7 @@ TWO = "[[obstacles]]\nx = 0.7\ny = 0.3\nradius = 0.05\n"
             r"circles: the obstacles .* overlap",
         ),
         (
-            "[tasks]\nheight = [-0.4, 0]\n[[obstacles]]\nx = 0.4\ny = 0.5\nradius = 0.02",
+            "[tasks]\nheight = [-0.4, 0]\n" + TWO.replace("0.7", "0.4"),
             r"circles: the goals pass through the obstacle",
         ),
         ("[goals", r"wanted TOML: Expected"),

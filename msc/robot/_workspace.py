@@ -203,6 +203,18 @@ def home_pose(
 ) -> tuple[float, float, float]:
     """Find the pose (q, b, b), b > 0, that puts the end effector at a given place.
 
+    Parameters
+    ----------
+    link_lengths : tuple of float
+        Lengths of the links (m).
+    reach, heading : float
+        Distance from the base (m) and direction (rad) of the end effector.
+
+    Returns
+    -------
+    tuple of float
+        Joint angles (rad).
+
     Examples
     --------
     >>> [round(angle, 3) for angle in home_pose((0.40, 0.35, 0.25), 0.85, 0.0)]

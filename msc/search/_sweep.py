@@ -360,6 +360,18 @@ def _steps(
 def coordinates(workspace: Workspace, tasks: Sequence[Any]) -> NDArray[np.float64]:
     """Return tasks as points: the angle (rad), and all else in units that weigh alike.
 
+    Parameters
+    ----------
+    workspace : Workspace
+        The world.
+    tasks : sequence of float, or of tuples of float
+        Task angles (degrees), or all numbers of each task.
+
+    Returns
+    -------
+    ndarray of shape (n_tasks, n_numbers)
+        The points, see `Workspace.task_units`.
+
     Examples
     --------
     >>> coordinates(Workspace.free(), [90.0]).round(3)
