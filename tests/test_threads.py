@@ -242,6 +242,7 @@ def test_threads_share_an_arm_in_mujoco_and_a_closed_one_says_so(other_engine):
                 working.result(timeout=30)
         assert all(found == wanted for found in complete)
         assert arm.client_id == -1
+        assert not arm._world._states
 
 
 @pytest.mark.parametrize("call", ["execute", "close"])

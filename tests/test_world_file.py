@@ -186,6 +186,11 @@ def test_a_home_of_whatever_angles_is_read_to_their_last_digit(tmp_path_factory,
     np.testing.assert_array_max_ulp(np.array(read_world(file).home), np.array(home))
 
 
+def test_a_name_may_have_any_signs(read):
+    world = Workspace(name='\x7f\x00\n"\\é')
+    assert read(format_world(world)) == world
+
+
 def test_numpy_s_numbers_are_written_as_numbers(read):
     world = Workspace(name="np", goal_radius=np.float64(0.4), cut_deg=np.int64(60))
     assert read(format_world(world)) == world
@@ -265,7 +270,7 @@ def test_what_cannot_be_is_told_by_file_and_field(read, text, said):
 
 def test_a_thin_obstacle_is_met_wherever_it_passes(read):
     """5 mm of 80 cm, between two places of the moving one."""
-    pin = "[[obstacles]]\nx = 0.72\ny = 0.2512\nradius = 0.001\n"
+    pin = "[[obstacles]]\nx = 0.72\ny = 0.2275\nradius = 0.001\n"
     moving = "[[obstacles]]\nx = 0.72\ny = 0.0\nradius = 0.004\n"
     read(moving + pin)
     with pytest.raises(ValueError, match="overlap"):
