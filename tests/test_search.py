@@ -53,7 +53,7 @@ def test_a_world_may_pay_for_contact_and_for_length():
     assert cost(rollout, only) == pytest.approx(2 * 0.02**2 + 9.0 + 3.75)
 
 
-@pytest.mark.parametrize("pays", [CostWeights(contact=0.01), CostWeights(length=0.1)])
+@pytest.mark.parametrize("pays", [CostWeights(energy=0.02), CostWeights(length=0.1)])
 def test_a_search_minimizes_what_its_world_pays_for(pays):
     world = replace(Workspace.obstacles(), cost=pays)
     found = search(world, 200, seed=0, n_starts=1, options=once)
