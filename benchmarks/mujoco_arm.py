@@ -1,17 +1,14 @@
 """The same arm and obstacles in MuJoCo, driven by given torques.
 
-Links, masses, inertias, capsules, obstacles and time step are those of
-`msc.robot`. Only `mujoco.rollout` is used: C code that goes through all rollouts,
-open-loop. MuJoCo is optional; without it, `rollout` is None.
+Only `mujoco.rollout` is used: C code that goes through all rollouts, open-loop. MuJoCo
+is optional; without it, `rollout` is None.
 """
 
 import numpy as np
 
 from msc import Workspace
-from msc.robot import LINK_RADIUS, TIME_STEP, forward_kinematics
-from msc.robot._arm import N_STEPS
-from msc.robot._bullet import SUBSTEPS
-from msc.robot._control import rod_inertia
+from msc.robot import forward_kinematics
+from msc.robot._mujoco import describe
 
 try:
     import mujoco
@@ -38,45 +35,15 @@ class MujocoArm:
 
         Torques are those of the controller's time steps; each holds over the sub-steps.
         """
-        control = torques.repeat(SUBSTEPS, axis=1)
+        n_substeps = self.workspace.physics.substeps
+        control = torques.repeat(n_substeps, axis=1)
+        n_steps = control.shape[1]
         states, _ = self.threads.rollout(
-            self.model, self.data, self.start, control, nstep=SUBSTEPS * N_STEPS
+            self.model, self.data, self.start, control, nstep=n_steps
         )
-        return states[:, SUBSTEPS - 1 :: SUBSTEPS, 1:4]  # behind the time
+        return states[:, n_substeps - 1 :: n_substeps, 1:4]  # behind the time
 
     def ends(self, torques: np.ndarray) -> np.ndarray:
         """Return where the end effectors come to rest (n_rollouts, 2)."""
         last = self.execute(torques)[:, -1]
         return forward_kinematics(last, self.workspace.link_lengths)[:, -1]
-
-
-def describe(workspace: Workspace) -> str:
-    """Write the arm and its obstacles in MuJoCo's format.
-
-    Obstacles are upright capsules, to an arm in their middle plane the same as
-    cylinders, but of MuJoCo's quickest pair of shapes. Contacts are frictionless; links
-    do not meet each other.
-    """
-    step = TIME_STEP / SUBSTEPS
-    lines = [f'<mujoco><option timestep="{step}" gravity="0 0 0"/><worldbody>']
-    for x, y, radius in workspace.circles:
-        lines.append(
-            f'<geom type="capsule" pos="{x} {y} 0" size="{radius} 0.1" condim="1" '
-            'contype="2" conaffinity="1"/>'
-        )
-    offset = 0.0
-    links = zip(workspace.link_lengths, workspace.link_masses, strict=True)
-    for number, (length, mass) in enumerate(links):
-        across, along = rod_inertia(length, mass), mass * LINK_RADIUS**2 / 2
-        lines.append(
-            f'<body pos="{offset} 0 0">'
-            f'<joint name="joint_{number}" type="hinge" axis="0 0 1"/>'
-            f'<inertial pos="{length / 2} 0 0" mass="{mass}" '
-            f'diaginertia="{along} {across} {across}"/>'
-            f'<geom type="capsule" fromto="0 0 0 {length} 0 0" size="{LINK_RADIUS}" '
-            'condim="1" contype="1" conaffinity="2"/>'
-        )
-        offset = length
-    lines.append("</body></body></body></worldbody><actuator>")
-    lines += [f'<motor joint="joint_{number}"/>' for number in range(3)]
-    return "\n".join([*lines, "</actuator></mujoco>"])

@@ -14,15 +14,15 @@ from itertools import accumulate
 import numpy as np
 
 from msc import DMP, Workspace
-from msc.robot import TIME_STEP, forward_kinematics, joint_torques
-from msc.robot._arm import N_MOVING, N_STEPS
-from msc.robot._bullet import SUBSTEPS, BulletWorld, load_pybullet
+from msc.robot import TIME_STEP, Physics, forward_kinematics, joint_torques
+from msc.robot._bullet import BulletWorld, load_pybullet
 from msc.robot._control import ControllerGains, coupled_inertias
 from msc.robot._kinematics import DAMPING
 from msc.search import ENERGY_WEIGHT, ERROR_WEIGHT
 
-STEP = TIME_STEP / SUBSTEPS  # s
-N_PHYSICS_STEPS = SUBSTEPS * N_STEPS
+PHYSICS = Physics()
+STEP = TIME_STEP / PHYSICS.substeps  # s
+N_PHYSICS_STEPS = PHYSICS.substeps * PHYSICS.n_steps
 ARM, JOINTS = 0, [0, 1, 2]  # a world's first body is its arm
 
 bullet = load_pybullet()
@@ -33,12 +33,14 @@ class PlainArm:
 
     def __init__(self, workspace: Workspace) -> None:
         self.workspace, self.dmp = workspace, DMP()
-        self.times = np.arange(1, SUBSTEPS * N_MOVING + 1) * STEP
+        self.times = np.arange(1, PHYSICS.substeps * PHYSICS.n_moving + 1) * STEP
         self._world = BulletWorld(workspace, ControllerGains(), n_arms=1)
         self.client = self._world.client_id
         bullet.setTimeStep(STEP, physicsClientId=self.client)
         bullet.setPhysicsEngineParameter(numSubSteps=0, physicsClientId=self.client)
-        self._world._reset()  # at rest, and the obstacles solid
+        self._home = np.array([workspace.home])
+        self._circles = workspace.circles_of(np.zeros(1))
+        self._world._reset(self._home, self._circles)  # at rest, the obstacles solid
 
     def step_only(self) -> None:
         """Step the physics as often as a rollout does; read nothing, set nothing."""
@@ -57,7 +59,7 @@ class PlainArm:
         start = forward_kinematics(workspace.home, workspace.link_lengths)[-1]
         path = self.dmp.path(policy, start, target, self.times).tolist()
         pursuit = follower(workspace, ControllerGains())
-        self._world._reset()
+        self._world._reset(self._home, self._circles)
         angles, speed, impulse = [workspace.home], (0.0, 0.0, 0.0), 0.0
         for step in range(N_PHYSICS_STEPS):
             point = path[min(step, len(path) - 1)]

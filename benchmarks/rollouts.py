@@ -9,7 +9,7 @@ from timing import Spy, interleave, peak_mb, spread
 from tqdm import tqdm
 
 from msc import Arm, Workspace, load_dataset
-from msc.robot._arm import N_STEPS
+from msc.robot import Physics
 from msc.search import cost
 
 POPULATION = 9  # policies that CMA-ES asks for at a time
@@ -101,7 +101,9 @@ class Contest:
     def torques(self) -> np.ndarray:
         """Return the torques of the search's rollouts (n_rollouts, n_steps, 3)."""
         self.watched()
-        return np.reshape(self.spy.torques, (N_STEPS, POPULATION, 3)).swapaxes(0, 1)
+        return np.reshape(
+            self.spy.torques, (Physics().n_steps, POPULATION, 3)
+        ).swapaxes(0, 1)
 
     def apart_mm(self) -> dict[str, float | None]:
         """Return how far from ours the other ways end: that all do the same job.

@@ -14,6 +14,7 @@ from msc.robot._control import (
     coupled_inertias,
     rod_inertia,
 )
+from msc.robot._mujoco import MujocoWorld
 
 free = Workspace.free()
 inertias = coupled_inertias(free.link_lengths, free.link_masses)
@@ -22,9 +23,12 @@ home = np.array(free.home)
 motions = st.tuples(*[st.tuples(*[st.floats(-5, 5)] * 3)] * 3)
 
 
-@pytest.fixture
-def world():
-    world = BulletWorld(free, unbounded, 1)
+@pytest.fixture(params=[BulletWorld, MujocoWorld])
+def world(request):
+    try:
+        world = request.param(free, unbounded, 1)
+    except ValueError as error:  # not installed
+        pytest.skip(str(error))
     yield world
     world.close()
 
@@ -34,6 +38,7 @@ def world():
 
 @pytest.fixture(scope="module")
 def arm():
+    pytest.importorskip("pybullet", reason="PyBullet is not installed")
     with Arm(free, n_parallel=1) as arm:
         yield arm
 
@@ -99,7 +104,7 @@ def test_an_error_dies_out_as_a_triple_pole_says(bandwidth, world):
     world.controller = replace(unbounded, bandwidth=bandwidth)
     first = np.array([0.03, -0.02, 0.04])
     plan = np.tile(home + first, (1, 241, 1))
-    joints, _ = world.track(plan)
+    joints, _ = world.track(plan, home[np.newaxis], np.empty((1, 0, 3)))
     time = bandwidth * TIME_STEP * np.arange(241)[:, None]
     wanted = (1 + time - time**2) * np.exp(-time)
     late = 0.7 * bandwidth * TIME_STEP  # commands are held for a time step

@@ -1,5 +1,6 @@
 """The package as others install it: the built wheel, with its base requirements."""
 
+import re
 import shutil
 import subprocess
 import sys
@@ -10,6 +11,8 @@ import zipfile
 from pathlib import Path
 
 import pytest
+from packaging.requirements import Requirement
+from packaging.specifiers import SpecifierSet
 
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
@@ -43,7 +46,7 @@ print(msc.__file__, press.__file__, rollout.error, sep="\\n")
 
 
 def name_of(requirement):
-    return requirement.partition(">")[0].partition("=")[0].strip()
+    return re.split(r"[>=;]", requirement)[0].strip()
 
 
 def test_the_base_install_is_what_it_was():
@@ -52,6 +55,59 @@ def test_the_base_install_is_what_it_was():
 
 def test_all_else_is_an_extra():
     assert set(PROJECT["optional-dependencies"]) == EXTRAS
+
+
+def test_pybullet_is_asked_for_where_it_has_wheels_and_mujoco_is_the_other_engine():
+    asked = map(Requirement, PROJECT["dependencies"])
+    (bullet,) = [one for one in asked if one.name == "pybullet"]
+    versions = ("3.11", "3.12", "3.13", "3.14")
+    where = [bullet.marker.evaluate({"python_version": one}) for one in versions]
+    assert where == [True, False, False, False]
+    assert all(
+        version in SpecifierSet(PROJECT["requires-python"]) for version in versions
+    )
+    assert "3.10" not in SpecifierSet(PROJECT["requires-python"])
+    (mujoco,) = map(Requirement, PROJECT["optional-dependencies"]["mujoco"])
+    pinned = re.search(
+        r"^mujoco-core==(\S+)", (ROOT / "requirements.txt").read_text("utf-8"), re.M
+    )
+    assert (mujoco.name, pinned[1] in mujoco.specifier) == ("mujoco-core", True)
+
+
+ALONE = """
+import sys
+sys.modules["pybullet"] = None  # as where it has no wheels
+from dataclasses import replace
+import numpy as np
+import msc
+from msc import Arm, ParameterizedSkill, Workspace, load_dataset
+from msc.robot import Physics
+
+tasks, policies, _ = load_dataset("free")
+skill = ParameterizedSkill(random_state=0).fit(tasks[::20], policies[::20])
+world = replace(Workspace.free(), physics=Physics(engine="mujoco"))
+with Arm(world) as arm:
+    rollout = arm.execute(skill.predict(np.deg2rad([[123.0]]))[0], task_deg=123.0)
+print(rollout.error)
+try:
+    Arm(Workspace.free())
+except ValueError as error:
+    print(error)
+"""
+
+
+def test_without_pybullet_the_package_works_in_mujoco_and_says_what_it_lacks():
+    pytest.importorskip("mujoco", reason="MuJoCo, the second engine, is not installed")
+    run = subprocess.run(
+        [sys.executable, "-c", ALONE], capture_output=True, text=True, check=False
+    )
+    assert run.returncode == 0, run.stderr
+    error, said = run.stdout.splitlines()
+    assert 0 < float(error) < 0.5
+    assert said == (
+        "engine='pybullet' is not installed, and has no wheels for Python 3.12 and "
+        "later; wanted it, or a world whose engine is 'mujoco'"
+    )
 
 
 @pytest.fixture(scope="module")

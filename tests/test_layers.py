@@ -36,6 +36,7 @@ ONLY_IN = {
     "pybullet": "msc.robot._bullet",
     "pybullet_data": "msc.robot._bullet",
     "pybullet_utils": "msc.robot._bullet",
+    "mujoco": "msc.robot._mujoco",
     "cma": "msc.search._cmaes",
 }
 KNOWS_GOALS = {  # rivals that ask how movements end
@@ -203,7 +204,9 @@ def test_floors_are_loaded_when_asked_for():
     assert ran.stdout.split() == ["False", "True", "False"]
 
 
-@pytest.mark.parametrize("heavy", ["scipy", "sklearn", "pybullet", "matplotlib"])
+@pytest.mark.parametrize(
+    "heavy", ["scipy", "sklearn", "pybullet", "mujoco", "matplotlib"]
+)
 def test_a_table_is_loaded_without_what_only_others_need(heavy):
     told = f"import sys, msc; msc.load_dataset('free'); print({heavy!r} in sys.modules)"
     ran = subprocess.run(
@@ -245,7 +248,8 @@ def test_what_a_face_offers_has_a_whole_docstring(face):
 
 def test_a_journal_knows_all_the_code_that_a_search_depends_on():
     # These keep what is found, and change nothing.
-    keepers = ("press", "msc._parallel", "msc.data", "msc.search._journal")
+    keepers = ("press", "msc._parallel", "msc.data._tables", "msc.data._jumps")
+    keepers += ("msc.search._journal",)
     folders = ["msc", *filter(is_folder, FLOORS)]
     offered = {face: homes(import_module(face).__file__) for face in folders}
     found, new = set(), {"msc.search._sweep"}

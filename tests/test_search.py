@@ -10,7 +10,7 @@ from scipy.stats import kendalltau
 
 import msc.search._policy
 from msc import DMP, Arm, Rollout, SearchResult, Workspace, search_policy
-from msc.robot import forward_kinematics
+from msc.robot import CostWeights, forward_kinematics
 from msc.search import SearchOptions, cost, initial_covariance, record_search
 from msc.search._cmaes import CmaRun, _kendall, minimize
 from msc.search._lockstep import run_in_lockstep
@@ -39,6 +39,28 @@ def test_the_cost_weighs_squared_distance_and_energy():
     still = np.zeros((2, 3))
     rollout = Rollout(still, still[:, :2], error=0.02, energy=4.0, contact_impulse=9.0)
     assert cost(rollout) == pytest.approx(100 * 0.02**2 + 0.005 * 4.0)
+
+
+def test_a_world_may_pay_for_contact_and_for_length():
+    joints = np.array([[0.0, 0.0, 0.0], [0.5, -1.0, 0.0], [0.25, -1.0, 2.0]])
+    rollout = Rollout(joints, joints[:, :2], 0.02, energy=4.0, contact_impulse=9.0)
+    assert rollout.length == 0.5 + 1.0 + 0.25 + 2.0
+    usual = cost(rollout)
+    assert cost(rollout, CostWeights()) == usual
+    assert cost(rollout, CostWeights(contact=0.3)) == pytest.approx(usual + 0.3 * 9.0)
+    assert cost(rollout, CostWeights(length=0.2)) == pytest.approx(usual + 0.2 * 3.75)
+    only = CostWeights(error=2.0, energy=0.0, contact=1.0, length=1.0)
+    assert cost(rollout, only) == pytest.approx(2 * 0.02**2 + 9.0 + 3.75)
+
+
+@pytest.mark.parametrize("pays", [CostWeights(energy=0.02), CostWeights(length=0.1)])
+def test_a_search_minimizes_what_its_world_pays_for(pays):
+    world = replace(Workspace.obstacles(), cost=pays)
+    found = search(world, 200, seed=0, n_starts=1, options=once)
+    with Arm(world) as arm:
+        rollout = arm.execute(found.policy, 200)
+    assert found.cost == cost(rollout, pays) == min(one.cost for one in found.runs)
+    assert found.cost > cost(rollout)
 
 
 @pytest.mark.parametrize("name", ["free", "obstacles"])
@@ -274,7 +296,7 @@ def test_a_start_on_a_plateau_has_failed_and_counts_for_none():
 
 
 def test_a_task_whose_cost_is_flat_is_named(monkeypatch):
-    monkeypatch.setattr(msc.search._policy, "cost", lambda rollout: 1.0)
+    monkeypatch.setattr(msc.search._policy, "cost", lambda *_: 1.0)
     with pytest.raises(RuntimeError, match="task 30°: all 2 starts ended"):
         search_policy(free, 30, seed=0, n_starts=2)
 

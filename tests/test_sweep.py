@@ -248,7 +248,7 @@ def test_nothing_known_lies_between_a_task_and_its_neighbours(angles, task):
 
 
 def test_where_nothing_is_known_there_are_no_neighbours():
-    assert msc.search._sweep._on_either_side([], 0.0) == ()
+    assert msc.search._sweep._nearby(plan, [], [0.0, 90.0]) == [(), ()]
 
 
 # Interrupted and gone on with

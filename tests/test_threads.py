@@ -11,7 +11,7 @@ import threading
 import warnings
 import weakref
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import astuple
+from dataclasses import astuple, replace
 from pathlib import Path
 
 import numpy as np
@@ -21,7 +21,7 @@ from joblib import Parallel, delayed, parallel_config
 
 import msc.study._measure
 from msc import Arm, Workspace, search_policy
-from msc.robot import cached_arm
+from msc.robot import Physics, cached_arm
 from msc.robot._bullet import load_pybullet
 from msc.search import SearchOptions, record_search
 from msc.study import execute_policies
@@ -46,6 +46,13 @@ def alone():
 def arm():
     with Arm(walled) as arm:
         yield arm
+
+
+@pytest.fixture
+def other_engine():
+    reason = "MuJoCo, the second engine, is not installed: pip install msc[mujoco]"
+    pytest.importorskip("mujoco", reason=reason)
+    return replace(walled, physics=Physics(engine="mujoco"))
 
 
 def bits(rollouts):
@@ -190,6 +197,98 @@ def test_after_an_interrupt_the_next_rollout_is_right(n, arm, alone, monkeypatch
     assert bits(in_threads(lambda _: arm.execute(policies[0], tasks[0]), [0])) == [
         alone[0]
     ]
+
+
+# All of it in MuJoCo
+
+
+class Entered:
+    """MuJoCo, but for a call in the place of its hundredth step."""
+
+    def __init__(self, mujoco, call):
+        self._mujoco, self._call, self._left = mujoco, call, 100
+
+    def __getattr__(self, name):
+        return getattr(self._mujoco, name)
+
+    def mj_step(self, *state):
+        self._left -= 1
+        if self._left == 0:
+            self._call()
+        self._mujoco.mj_step(*state)
+
+
+def interrupt():
+    raise KeyboardInterrupt
+
+
+def test_threads_share_an_arm_in_mujoco_and_a_closed_one_says_so(other_engine):
+    with Arm(other_engine) as arm:
+        wanted = bits(arm.execute_many(policies, tasks))
+        for found in in_threads(lambda seed: executed(arm, seed), range(4)):
+            assert found == wanted
+        begun, complete = threading.Event(), []
+
+        def execute():
+            while True:
+                complete.append(bits(arm.execute_many(policies, tasks)))
+                begun.set()
+
+        with ThreadPoolExecutor(1) as pool:
+            working = pool.submit(execute)
+            assert begun.wait(30)
+            arm.close()
+            with pytest.raises(RuntimeError, match="the arm is closed; wanted an open"):
+                working.result(timeout=30)
+        assert all(found == wanted for found in complete)
+        assert arm.client_id == -1
+        assert not arm._world._states
+
+
+@pytest.mark.parametrize("call", ["execute", "close"])
+def test_a_call_from_within_a_rollout_in_mujoco_is_refused(call, other_engine):
+    def enter():
+        with pytest.raises(RuntimeError, match="the arm is in the middle of a rollout"):
+            arm.close() if call == "close" else arm.execute(policies[0], 0)
+
+    with Arm(other_engine) as arm:
+        wanted = bits(arm.execute_many(policies, tasks))
+        arm._world._mujoco = Entered(arm._world._mujoco, enter)
+        assert bits(arm.execute_many(policies, tasks)) == wanted
+        arm._world._mujoco._call, arm._world._mujoco._left = interrupt, 100
+        with pytest.raises(KeyboardInterrupt):
+            arm.execute_many(policies[::-1], tasks[::-1])
+        assert bits(arm.execute_many(policies, tasks)) == wanted
+
+
+def test_a_forked_process_has_a_copy_in_mujoco_and_none_is_pickled(other_engine):
+    def in_child(send):
+        send.send(bits(arm.execute_many(policies, tasks)) == wanted)
+
+    over = threading.Event()
+
+    def busy():
+        while not over.is_set():
+            arm.execute_many(policies[::-1], tasks[::-1])
+
+    with Arm(other_engine) as arm, ThreadPoolExecutor(1) as pool:
+        with pytest.raises(TypeError, match="an Arm cannot be copied or pickled"):
+            pickle.dumps(arm)
+        wanted = bits(arm.execute_many(policies, tasks))
+        working = pool.submit(busy)
+        receive, send = multiprocessing.Pipe(duplex=False)
+        child = multiprocessing.get_context("fork").Process(
+            target=in_child, args=(send,)
+        )
+        child.start()
+        try:
+            assert receive.poll(30), "the copy waits for a lock that nobody holds"
+            assert receive.recv()
+        finally:
+            over.set()
+            child.kill()
+            child.join()
+        working.result(timeout=30)
 
 
 # Beside others in the process

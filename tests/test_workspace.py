@@ -7,7 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from msc import Workspace
-from msc.robot import LINK_RADIUS, Circle, forward_kinematics
+from msc.robot import LINK_RADIUS, Circle, CostWeights, Physics, forward_kinematics
 from msc.robot import random_circles as draw
 from msc.robot._workspace import home_pose
 
@@ -184,3 +184,130 @@ def test_a_task_that_is_no_angle_is_refused(task):
 def test_what_is_no_number_of_a_workspace_is_refused_by_name(name, value, message):
     with pytest.raises(ValueError, match=f"^{message}"):
         Workspace(**{name: value})
+
+
+# Tasks of several numbers
+
+POST = Circle(0.7, 0.3, 0.05)
+RANGES = (("turn_deg", -10, 10), ("radius_m", 0.3, 0.45), ("height_m", -0.08, 0.05))
+varied = Workspace(circles=(POST, Circle(-0.3, 0.7, 0.04)), further=RANGES)
+rows = st.tuples(
+    st.floats(-400, 400),
+    st.floats(-10, 10),
+    st.floats(0.3, 0.45),
+    st.floats(-0.08, 0.05),
+)
+
+
+@given(rows)
+def test_a_row_places_goal_home_and_first_obstacle(row):
+    angle, turn, radius, height = row
+    place = complex(*varied.target(row))
+    wanted = radius * np.exp(1j * np.deg2rad(angle + varied.cut_deg))
+    assert place == pytest.approx(wanted, abs=1e-9)
+    first, *others = np.array(varied.home_of(row)) - varied.home
+    assert first == pytest.approx(np.deg2rad(turn), abs=1e-12)
+    assert not np.any(others)
+    moved, still = varied.circles_of(row)
+    assert tuple(moved) == (POST.x, POST.y + height, POST.radius)
+    assert tuple(still) == varied.circles[1]
+
+
+def test_rows_of_any_shape_are_placed_at_once():
+    tasks = np.random.default_rng(0).uniform(0.3, 0.45, (4, 5, 4)) - [0, 0, 0, 0.4]
+    for place, shape in ((varied.target, (2,)), (varied.home_of, (3,))):
+        assert place(tasks).shape == (4, 5, *shape)
+        np.testing.assert_array_equal(place(tasks)[3, 2], place(tasks[3, 2]))
+    assert varied.circles_of(tasks).shape == (4, 5, 2, 3)
+    assert free.circles_of([1.0, 2.0]).shape == (2, 0, 3)
+    assert free.home_of(7.0).tolist() == [*free.home]
+
+
+def test_the_numbers_of_a_task_have_names_and_units():
+    assert free.task_names == ("task_deg",)
+    assert varied.task_names == ("task_deg", "turn_deg", "radius_m", "height_m")
+    assert free.task_units.tolist() == [1.0]
+    assert varied.task_units.tolist() == [1.0, 1.0, 0.45, 0.45]
+
+
+@pytest.mark.parametrize("tasks", [30.0, [30.0, 0.0, 0.4], [[1.0, 2.0]] * 4])
+def test_rows_of_another_length_are_refused(tasks):
+    with pytest.raises(
+        ValueError, match=r"task_deg has shape .*; wanted rows of 4 num"
+    ):
+        varied.target(tasks)
+
+
+@pytest.mark.parametrize(
+    ("further", "message"),
+    [
+        ([("speed", 0, 1)], "further: 'speed' is unknown; wanted one of radius_m, hei"),
+        ([("turn_deg", 0, 1)] * 2, "further: turn_deg is given twice; wanted it once"),
+        ([("turn_deg", 1, 1)], r"turn_deg=\[1, 1\]; wanted .* the lower one first"),
+        ([("turn_deg", 2, 1)], r"turn_deg=\[2, 1\]; wanted .* the lower one first"),
+        ([("turn_deg", "0", "1")], "turn_deg=0; wanted a finite number"),
+        ([("turn_deg", 0, math.inf)], "turn_deg=inf; wanted a finite number"),
+        ([("turn_deg", 0, math.nan)], "turn_deg=nan; wanted a finite number"),
+        ([("radius_m", 0.4, 1.2)], "radius_m=1.2 m is out of the arm's reach"),
+        ([("height_m", 0, 0.1)], "height_m: no obstacle to move; wanted one at least"),
+    ],
+)
+def test_a_range_that_is_none_is_refused(further, message):
+    with pytest.raises(ValueError, match=f"^{message}"):
+        Workspace(further=further)
+
+
+@pytest.mark.parametrize(
+    ("further", "message"),
+    [
+        (("height_m", -1.2, 0.0), "stands in the arm's home pose"),
+        (("turn_deg", -360.0, 0.0), "stands in the arm's home pose"),
+        (("radius_m", 0.45, 0.8), "the goals pass through"),
+    ],
+)
+def test_an_obstacle_that_is_met_anywhere_on_its_way_is_refused(further, message):
+    post = Circle(-0.65, 0.35, 0.02)
+    Workspace(circles=(post,))
+    with pytest.raises(ValueError, match=f"circles: .*{message}"):
+        Workspace(circles=(post,), further=(further,))
+
+
+# Prices and physics
+
+
+@pytest.mark.parametrize("name", ["error", "energy", "contact", "length"])
+@pytest.mark.parametrize("value", [-1e-9, 1e6 + 1, math.nan, "1", None, True])
+def test_a_price_that_is_none_is_refused(name, value):
+    with pytest.raises(ValueError, match=f"^{name}=.*; wanted a finite number from 0"):
+        CostWeights(**{name: value})
+
+
+def test_physics_counts_its_steps():
+    physics = Physics()
+    assert (physics.time_step, physics.n_moving, physics.n_steps) == (1 / 60, 60, 66)
+    slow = Physics(control_rate=100.0, duration=2.5, settling=0.0)
+    assert (slow.time_step, slow.n_moving, slow.n_steps) == (0.01, 250, 250)
+
+
+@pytest.mark.parametrize(
+    ("name", "low", "high"),
+    [
+        ("control_rate", 10.0, 1000.0),
+        ("substeps", 1, 100),
+        ("duration", 0.1, 20.0),
+        ("settling", 0.0, 5.0),
+        ("gravity", 0.0, 30.0),
+    ],
+)
+def test_physics_has_bounds(name, low, high):
+    for inside in (low, high):
+        assert getattr(Physics(**{name: inside}), name) == inside
+    for outside in (low - 1, high + 1, math.nan, "1", True):
+        with pytest.raises(ValueError, match=f"^{name}=.*; wanted"):
+            Physics(**{name: outside})
+
+
+@pytest.mark.parametrize("engine", ["ode", "MuJoCo", None, 3])
+def test_an_unknown_engine_is_refused(engine):
+    with pytest.raises(ValueError, match=r"engine=.*; wanted 'pybullet' or 'mujoco'"):
+        Physics(engine=engine)

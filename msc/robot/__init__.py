@@ -2,11 +2,17 @@
 
 A `Workspace` says where the arm, the goals and the obstacles are; a `DMP` turns a
 policy into a path of the end effector, inverse kinematics turn the path into a plan of
-joint angles, and the controller follows it with torques in PyBullet. An `Arm` does all
-of it; a `Rollout` is what came about.
+joint angles, and the controller follows it with torques in PyBullet or in MuJoCo, as
+the world's `Physics` say. An `Arm` does all of it; a `Rollout` is what came about.
+`read_world` and `format_world` keep a world in a file.
 
     ================  ======================================================  =========
-    ``task_deg``      task angle, counted from the cut                        degrees
+    ``task_deg``      task angle, counted from the cut; or a row of numbers   degrees
+    ``radius_m``      further number of a task: distance of the goal          m
+    ``height_m``      … : how far the first obstacle has moved along y        m
+    ``turn_deg``      … : how far the home pose is turned                     degrees
+    ``homes``         joint angles at the start: (n_policies, 3)              rad
+    ``circles``       x, y and radius of obstacles: (n_policies, n, 3)        m
     ``policy``        weights of Eq. 7, those of x before those of y: (6,)
     ``path``          places of the end effector: (n_steps + 1, 2)            m
     ``plan``          joint angles to follow: (n_steps + 1, 3)                rad

@@ -19,6 +19,7 @@ from msc.robot._control import ControllerGains
 from msc.robot._dmp import DMP, check_policies
 from msc.robot._kinematics import forward_kinematics, inverse_kinematics
 from msc.robot._mujoco import MujocoWorld
+from msc.robot._turns import World
 from msc.robot._workspace import Workspace
 
 _MOST_PARALLEL = 256
@@ -86,7 +87,7 @@ class Arm:
     TypeError
         If `workspace`, `dmp` or `controller` is none.
     ValueError
-        If the number of copies is none.
+        If the number of copies is none, or the world's engine is not installed.
     RuntimeError
         If the process has 1024 worlds, which is all that PyBullet takes.
 
@@ -120,15 +121,16 @@ class Arm:
         self.workspace = workspace
         self.dmp = dmp
         self.n_parallel = n_parallel
-        engine = {"pybullet": BulletWorld, "mujoco": MujocoWorld}
-        open_world = engine[workspace.physics.engine]
+        engines: dict[str, type[World]]
+        engines = {"pybullet": BulletWorld, "mujoco": MujocoWorld}
+        open_world = engines[workspace.physics.engine]
         self._world = open_world(workspace, controller, n_parallel)
         self._unclosed = weakref.finalize(self, _warn_of_unclosed, workspace.name)
         self._unclosed.atexit = False
 
     @property
     def client_id(self) -> int:
-        """PyBullet's number of the physics world; of MuJoCo's 0, or -1 if closed."""
+        """PyBullet's number of the physics world, 0 in MuJoCo; -1 once it is closed."""
         return self._world.client_id
 
     def __enter__(self) -> Arm:
@@ -263,7 +265,7 @@ class Arm:
     ) -> NDArray[np.float64]:
         """Return the task of each rollout."""
         tasks, further = to_floats("task_deg", task_deg), self.workspace.further
-        one = (len(further) + 1,) if further else ()
+        one: tuple[int, ...] = (len(further) + 1,) if further else ()
         if tasks.shape not in (one, (n_rollouts, *one)):
             what = f"row of {one[0]} numbers" if further else "angle"
             raise ValueError(

@@ -6,9 +6,6 @@ stepped together, and never near enough for the engine to look for contacts betw
 them. This is what makes a rollout cost little more than its physics. Each copy is a
 body, and so a solver island, of its own: a test holds it to do, bit for bit, what it
 would do alone.
-
-PyBullet keeps Python's global lock while it computes, so threads gain nothing by
-stepping worlds side by side: here they take turns, a batch of policies each.
 """
 
 from __future__ import annotations
@@ -19,7 +16,6 @@ import math
 import os
 import sys
 import tempfile
-import threading
 import weakref
 from collections.abc import Iterator
 from pathlib import Path
@@ -29,6 +25,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from msc.robot._control import ControllerGains, rod_inertia, steer
+from msc.robot._turns import TURN, World
 from msc.robot._workspace import LINK_RADIUS, Workspace
 
 _Array = NDArray[np.float64]
@@ -38,83 +35,31 @@ _ARM_FILTER, _OBSTACLE_FILTER = (2, 1), (1, 2)  # group, mask: arms meet obstacl
 _GROUND = 768  # m; from here to 1024 m, doubles are evenly spaced: storeys round alike
 _BREAKING = 0.02  # m; PyBullet's default, which any connection sets for all of them
 
-_TURN = threading.RLock()  # a fork waits for it, so that no copy is in mid-rollout
-os.register_at_fork(
-    before=_TURN.acquire, after_in_parent=_TURN.release, after_in_child=_TURN.release
-)
 
-
-class BulletWorld:
-    """A physics world with copies of a workspace's arm and its obstacles.
-
-    It is freed when it is closed, or forgotten; `client_id` is -1 once it is closed.
-    """
+class BulletWorld(World):
+    """A physics world of PyBullet's; it is freed when it is closed, or forgotten."""
 
     def __init__(
         self, workspace: Workspace, controller: ControllerGains, n_arms: int
     ) -> None:
-        self.workspace, self.controller, self.n_arms = workspace, controller, n_arms
+        super().__init__(workspace, controller, n_arms)
         self._bullet = load_pybullet()
-        self.client_id: int = self._bullet.connect(self._bullet.DIRECT)
+        self.client_id = self._bullet.connect(self._bullet.DIRECT)
         if self.client_id < 0:
             raise RuntimeError(
                 "PyBullet takes no more than 1024 worlds in a process; wanted arms "
                 "closed that are not needed any more"
             )
-        self._free = weakref.finalize(self, _disconnect, self._bullet, self.client_id)
-        self._free.atexit = False
-        self._busy = self._torn = False  # executing; left in the middle of it
+        free = weakref.finalize(self, _disconnect, self._bullet, self.client_id)
+        free.atexit = False
+        self._free = free
+        self._torn = False  # left in the middle of a rollout
         self._bodies = self._load_arms()
         self._obstacles = [
             self._load_obstacle(*circle, height=_GROUND + number)
             for number in range(n_arms)
             for circle in workspace.circles
         ]
-
-    def close(self) -> None:
-        """Free the world, after what another thread has it do."""
-        with _TURN:
-            self._refuse_if_busy()
-            self.client_id = -1
-            self._free()
-
-    def track(
-        self, plan: _Array, homes: _Array, circles: _Array
-    ) -> tuple[_Array, _Array]:
-        """Follow planned joint angles by PID torques in the physics world.
-
-        Parameters
-        ----------
-        plan : ndarray of shape (n_policies, n_steps + 1, 3)
-            Joint angles (rad).
-        homes : ndarray of shape (n_policies, 3)
-            Joint angles at the start (rad).
-        circles : ndarray of shape (n_policies, n_circles, 3)
-            Where the obstacles are (m).
-
-        Returns
-        -------
-        joints : ndarray of shape (n_policies, n_steps + 1, 3)
-            Joint angles that came about (rad).
-        impulse : ndarray of shape (n_policies,)
-            Of all contacts (N s).
-        """
-        with _TURN:
-            self._refuse_if_busy()
-            if self.client_id < 0:
-                raise RuntimeError("the arm is closed; wanted an open one")
-            self._busy = True
-            try:
-                return self._track(plan, homes, circles)
-            finally:
-                self._busy = False
-
-    def _refuse_if_busy(self) -> None:
-        """Refuse a call from within a rollout: locks do not keep a thread from it."""
-        if self._busy:
-            raise RuntimeError(
-                "the arm is in the middle of a rollout; wanted calls one after another"
-            )
 
     def _track(
         self, plan: _Array, homes: _Array, circles: _Array
@@ -274,7 +219,7 @@ def _urdf(workspace: Workspace) -> str:
 
 def load_pybullet() -> Any:
     """Import PyBullet without the line it prints past Python's own streams."""
-    with _TURN, contextlib.nullcontext() if "pybullet" in sys.modules else _quiet():
+    with TURN, contextlib.nullcontext() if "pybullet" in sys.modules else _quiet():
         try:
             import pybullet  # noqa: PLC0415
         except ImportError:

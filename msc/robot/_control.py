@@ -183,7 +183,8 @@ class ControllerGains:
         check_number("bandwidth", self.bandwidth, 0.0, 1000.0)
         check_number("windup", self.windup, 0.0, np.inf)
         limits = to_floats("torque_limit", self.torque_limit)
-        if limits.shape != (3,) or not (limits > 0).all():
+        is_real = np.asarray(self.torque_limit).dtype.kind in "iuf"  # no text, say
+        if not is_real or limits.shape != (3,) or not (limits > 0).all():
             raise ValueError(
                 f"torque_limit={self.torque_limit}; wanted 3 positive numbers"
             )

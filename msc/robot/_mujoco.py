@@ -8,13 +8,13 @@ and here, links do not meet each other, and nothing damps a joint.
 
 from __future__ import annotations
 
-import threading
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from msc.robot._control import ControllerGains, rod_inertia, steer
+from msc.robot._turns import World
 from msc.robot._workspace import LINK_RADIUS, Workspace
 
 _Array = NDArray[np.float64]
@@ -22,37 +22,18 @@ _Array = NDArray[np.float64]
 _HALF_HEIGHT = 0.1  # m; of an obstacle's middle part
 
 
-class MujocoWorld:
+class MujocoWorld(World):
     """States of a workspace's arm, moved one after another."""
 
     def __init__(
         self, workspace: Workspace, controller: ControllerGains, n_arms: int
     ) -> None:
-        self.workspace, self.controller, self.n_arms = workspace, controller, n_arms
+        super().__init__(workspace, controller, n_arms)
         self._mujoco = load_mujoco()
         self._model = self._mujoco.MjModel.from_xml_string(describe(workspace))
         self._states = [self._mujoco.MjData(self._model) for _ in range(n_arms)]
-        self._turn = threading.Lock()
+        self._free = self._states.clear
         self.client_id = 0
-
-    def close(self) -> None:
-        """Free the world, after what another thread has it do."""
-        with self._turn:
-            self.client_id = -1
-            self._states = []
-
-    def track(
-        self, plan: _Array, homes: _Array, circles: _Array
-    ) -> tuple[_Array, _Array]:
-        """Follow planned joint angles by PID torques, see `BulletWorld.track`."""
-        if not self._turn.acquire(timeout=600):
-            raise RuntimeError("the arm is in the middle of a rollout")
-        try:
-            if self.client_id < 0:
-                raise RuntimeError("the arm is closed; wanted an open one")
-            return self._track(plan, homes, circles)
-        finally:
-            self._turn.release()
 
     def _track(
         self, plan: _Array, homes: _Array, circles: _Array

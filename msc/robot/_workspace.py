@@ -203,6 +203,18 @@ def home_pose(
 ) -> tuple[float, float, float]:
     """Find the pose (q, b, b), b > 0, that puts the end effector at a given place.
 
+    Parameters
+    ----------
+    link_lengths : tuple of float
+        Lengths of the links (m).
+    reach, heading : float
+        Distance from the base (m) and direction (rad) of the end effector.
+
+    Returns
+    -------
+    tuple of float
+        Joint angles (rad).
+
     Examples
     --------
     >>> [round(angle, 3) for angle in home_pose((0.40, 0.35, 0.25), 0.85, 0.0)]
@@ -299,38 +311,37 @@ class Workspace:
                     "micrometre"
                 )
         object.__setattr__(self, "circles", tuple(Circle(*c) for c in self.circles))
-        for circles in self._circles_anywhere(ranges.get("height_m", (0.0,))):
-            self._check_circles(circles, goals, ranges.get("turn_deg", (0.0,)))
+        turns = ranges.get("turn_deg", (0.0, 0.0))
+        homes = np.tile(self.home, (_n_places(*np.deg2rad(turns) * farthest), 1))
+        homes[:, 0] += np.deg2rad(np.linspace(*turns, len(homes)))
+        at_home = forward_kinematics(homes, self.link_lengths)
+        for circles in self._circles_anywhere(*ranges.get("height_m", (0.0, 0.0))):
+            self._check_circles(circles, goals, at_home)
 
-    def _circles_anywhere(
-        self, heights: tuple[float, ...]
-    ) -> list[tuple[Circle, ...]]:
+    def _circles_anywhere(self, low: float, high: float) -> list[tuple[Circle, ...]]:
         """Return the obstacles, the first one everywhere along its track."""
-        if len(heights) < 2:
+        if low == high:
             return [self.circles]
         if not self.circles:
             raise ValueError("height_m: no obstacle to move; wanted one at least")
         (x, y, radius), *others = self.circles
-        along = np.linspace(*heights, 33).tolist()
+        along = np.linspace(low, high, _n_places(low, high)).tolist()
         return [(Circle(x, y + height, radius), *others) for height in along]
 
     def _check_circles(
         self,
         circles: tuple[Circle, ...],
         goals: tuple[float, ...],
-        turns: tuple[float, ...],
+        at_home: NDArray[np.float64],
     ) -> None:
         """Refuse obstacles where the arm starts, where goals are, or in one another."""
         for number, circle in enumerate(circles):
-            for turn in np.linspace(turns[0], turns[-1], 33 if len(turns) > 1 else 1):
-                home = (self.home[0] + math.radians(turn), *self.home[1:])
-                at_home = forward_kinematics(home, self.link_lengths)
-                if not _SMALLEST < circle.radius < clearance(at_home, circle):
-                    raise ValueError(
-                        f"circles: the obstacle {tuple(circle)} has no positive radius "
-                        "or stands in the arm's home pose; wanted one clear of it, "
-                        "with a radius over a micrometre"
-                    )
+            if not _SMALLEST < circle.radius < clearance(at_home, circle).min():
+                raise ValueError(
+                    f"circles: the obstacle {tuple(circle)} has no positive radius "
+                    "or stands in the arm's home pose; wanted one clear of it, "
+                    "with a radius over a micrometre"
+                )
             away = math.hypot(circle.x, circle.y)
             gap = max(goals[0] - away, away - goals[-1])
             if gap < circle.radius:
@@ -357,8 +368,9 @@ class Workspace:
                 )
             if name in [other.name for other in self.further[:number]]:
                 raise ValueError(f"further: {name} is given twice; wanted it once")
-            ends = to_floats(name, [low, high])
-            if not (np.abs(ends) <= LARGEST).all() or not low < high:
+            for end in (low, high):
+                check_number(name, end, -LARGEST, LARGEST)
+            if not low < high:
                 raise ValueError(
                     f"{name}={[low, high]}; wanted two numbers, the lower one first"
                 )
@@ -549,6 +561,11 @@ class Workspace:
                 f"{len(self.task_names)} numbers: {', '.join(self.task_names)}"
             )
         return dict(zip(self.task_names, np.moveaxis(values, -1, 0), strict=True))
+
+
+def _n_places(low: float, high: float) -> int:
+    """Return at how many places along a way (m) to look: 5 mm apart, 1000 at most."""
+    return min(1000, 1 + math.ceil((high - low) / 0.005))
 
 
 LAYOUT_SEED = 1  # see data/results/layout.json

@@ -39,15 +39,15 @@ from typing import Any
 
 import numpy as np
 
-from msc._checks import to_floats
+from msc._checks import check_kind, to_floats
 from msc.robot._control import ControllerGains
 from msc.robot._dmp import DMP
 from msc.robot._workspace import TASK_NUMBERS, CostWeights, Physics, Workspace
 
-_UNITS = {
-    "length": {"m": 1.0, "cm": 0.01, "mm": 0.001},
-    "angle": {"deg": 1.0, "rad": 180 / math.pi},
-    "mass": {"kg": 1.0, "g": 0.001},
+_UNITS = {  # how many make one of ours
+    "length": {"m": 1.0, "cm": 100.0, "mm": 1000.0},
+    "angle": {"deg": 1.0, "rad": math.pi / 180},
+    "mass": {"kg": 1.0, "g": 1000.0},
 }
 # By section and key, the field of a `Workspace` and what it is a measure of.
 _FIELDS = {
@@ -100,7 +100,7 @@ def read_world(path: str | Path) -> Workspace:
         return _build(tomllib.loads(file.read_text(encoding="utf-8")), file.stem)
     except OSError as error:
         raise ValueError(f"{file.name}: cannot be read: {error.strerror}") from None
-    except tomllib.TOMLDecodeError as error:
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise ValueError(f"{file.name}: wanted TOML: {error}") from None
     except ValueError as error:
         raise ValueError(f"{file.name}: {error}") from None
@@ -119,8 +119,10 @@ def _build(told: dict[str, Any], stem: str) -> Workspace:
             )
 
     def measured(name: str, values: Any, kind: str) -> Any:
-        unit = _UNITS[kind].get(units.get(kind, ""), 1.0)
-        return (to_floats(name, values) * unit).tolist()
+        numbers = to_floats(name, values)
+        if np.asarray(values).dtype.kind not in "iuf":  # text, or true
+            raise ValueError(f"{name} = {values!r}; wanted numbers")
+        return (numbers / _UNITS[kind].get(units.get(kind, ""), 1.0)).tolist()
 
     given: dict[str, Any] = {"name": told.get("name", stem)}
     if not isinstance(given["name"], str) or not given["name"]:
@@ -163,10 +165,12 @@ def _part(section: str, kind: Any, values: Mapping[str, Any]) -> Any:
 
 
 def _kind(name: str) -> str:
+    """Tell what a task number is a measure of."""
     return "length" if name.endswith("_m") else "angle"
 
 
 def _pair(values: Any, key: str) -> list[float]:
+    """Refuse what is no range."""
     if not isinstance(values, list) or len(values) != 2:
         raise ValueError(f"[tasks] {key} = {values}; wanted two numbers, low and high")
     return values
@@ -224,6 +228,16 @@ def format_world(workspace: Workspace, comment: str = "") -> str:
     str
         TOML, in metres, kilograms and degrees: what is not as in ``Workspace.free()``.
 
+    Raises
+    ------
+    TypeError
+        If `workspace` is none.
+
+    Notes
+    -----
+    What is read back is the same world to the bit, but for a home pose of angles that
+    no number of degrees gives exactly: they are off by their last digit.
+
     Examples
     --------
     >>> print(format_world(Workspace(goal_radius=0.4, cut_deg=60.0)))
@@ -234,13 +248,16 @@ def format_world(workspace: Workspace, comment: str = "") -> str:
     cut = 60.0
     <BLANKLINE>
     """
+    check_kind("workspace", workspace, Workspace)
     usual, lines = Workspace.free(), [f"# {line}" for line in comment.splitlines()]
-    lines.append(f"name = {json.dumps(workspace.name, ensure_ascii=False)}")
+    lines.append(f"name = {_toml(workspace.name)}")
     sections: dict[str, dict[str, Any]] = {}
     for section, known in _FIELDS.items():
-        of_section = {key: getattr(workspace, field) for key, (field, _) in known.items()}
-        as_usual = {key: getattr(usual, field) for key, (field, _) in known.items()}
-        sections[section] = _changed(of_section, as_usual)
+        told, as_usual = (
+            {key: getattr(world, field) for key, (field, _) in known.items()}
+            for world in (workspace, usual)
+        )
+        sections[section] = _changed(told, as_usual)
     if "home" in sections["arm"]:
         sections["arm"]["home"] = [_degrees(angle) for angle in workspace.home]
     sections["tasks"] = {n.rpartition("_")[0]: ends for n, *ends in workspace.further}
@@ -273,4 +290,6 @@ def _toml(value: Any) -> str:
     """Write a value in TOML."""
     if isinstance(value, list | tuple):
         return f"[{', '.join(map(_toml, value))}]"
-    return json.dumps(value).replace("Infinity", "inf")
+    if isinstance(value, str):  # JSON's, but for one sign
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
+    return json.dumps(np.asarray(value).item()).replace("Infinity", "inf")

@@ -85,7 +85,8 @@ def search_curves(
     """
     starts: Sequence[NDArray[np.float64] | None] = [None] * len(tasks_deg)
     if start_policies is not None:
-        starts = list(np.atleast_2d(check_policies(start_policies, workspace.dmp.n_params)))
+        given = check_policies(start_policies, workspace.dmp.n_params)
+        starts = list(np.atleast_2d(given))
     if len(starts) != len(tasks_deg):
         raise ValueError(
             f"start_policies has {len(starts)} policies; wanted {len(tasks_deg)}, one "

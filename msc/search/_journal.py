@@ -22,6 +22,7 @@ CODE = (
     "robot/_dmp",
     "robot/_kinematics",
     "robot/_control",
+    "robot/_turns",
     "robot/_bullet",
     "robot/_mujoco",
     "robot/_arm",

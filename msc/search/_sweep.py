@@ -148,7 +148,7 @@ def draw_tasks(
         for row in points.tolist()
     ]
     rows = [(angle % 360, *others) for angle, *others in rows]
-    return tuple(rows if workspace.further else (angle for angle, in rows))
+    return tuple(rows if workspace.further else (angle for (angle,) in rows))
 
 
 def search_tasks(
@@ -238,9 +238,8 @@ def _levels(plan: SweepPlan) -> list[_Level]:
 def _ring_level(ring: Sequence[int]) -> _Level:
     """Let tasks on a circle have one neighbour on either side."""
     n = len(ring)
-    neighbors: dict[int, tuple[int, ...]] = {
-        k: (ring[p - 1], ring[(p + 1) % n]) for p, k in enumerate(ring)
-    }
+    neighbors: dict[int, tuple[int, ...]]
+    neighbors = {k: (ring[p - 1], ring[(p + 1) % n]) for p, k in enumerate(ring)}
     return _Level(neighbors, {k: place % 2 for place, k in enumerate(ring)})
 
 
@@ -360,6 +359,18 @@ def _steps(
 
 def coordinates(workspace: Workspace, tasks: Sequence[Any]) -> NDArray[np.float64]:
     """Return tasks as points: the angle (rad), and all else in units that weigh alike.
+
+    Parameters
+    ----------
+    workspace : Workspace
+        The world.
+    tasks : sequence of float, or of tuples of float
+        Task angles (degrees), or all numbers of each task.
+
+    Returns
+    -------
+    ndarray of shape (n_tasks, n_numbers)
+        The points, see `Workspace.task_units`.
 
     Examples
     --------
