@@ -32,7 +32,8 @@ from msc.study.rivals import (
     tune,
 )
 from msc.study.rivals._ends import find_ends
-from msc.study.rivals._trials import Trials, cosines, draw_tasks as draw_points
+from msc.study.rivals._trials import Trials, cosines
+from msc.study.rivals._trials import draw_tasks as draw_points
 
 few = settings(max_examples=20, deadline=None)
 RIM, TURN = TaskRange("radius_m", 0.3, 0.45), TaskRange("turn_deg", -10.0, 10.0)
@@ -275,7 +276,7 @@ def test_conditioned_movements_end_at_their_goals():
 def test_a_stopped_movement_turns_with_the_arm():
     """The whole task turned about the base: joints move alike, but for the first."""
     still, turn = np.array([[2.0, 0.8, 0.0]]), 0.15
-    turned = still + [[turn, 0.0, turn]]
+    turned = still + np.array([turn, 0.0, turn])
     model = StoppedMovement(SPACE).fit(X3, smooth(X3))
     assert_array_equal(model.choose(still), model.choose(turned))
     offset = [turn, 0.0, 0.0]
@@ -285,16 +286,12 @@ def test_a_stopped_movement_turns_with_the_arm():
     assert_allclose(model.plan(NEW3)[:, 0, 0] - SPACE.home[0], NEW3[:, 2], atol=1e-12)
 
 
-def test_a_known_movement_of_a_turned_arm_is_its_own_nearest():
-    movements = np.random.default_rng(2).normal(0, 5, (len(X3), 6))
+def test_no_task_is_missed_by_more_than_its_own_movement_does():
+    movements, goals = smooth(X3), find_ends(SPACE, X3)[1]
     model = StoppedMovement(SPACE).fit(X3, movements)
-    chosen, _ = model.choose(X3)
-    missed = np.linalg.norm(model.path(X3)[:, -1] - find_ends(SPACE, X3)[1], axis=1)
-    own = np.linalg.norm(
-        paths_of(SPACE, movements, X3)[:, -1] - find_ends(SPACE, X3)[1], axis=1
-    )
+    missed = np.linalg.norm(model.path(X3)[:, -1] - goals, axis=1)
+    own = np.linalg.norm(paths_of(SPACE, movements, X3)[:, -1] - goals, axis=1)
     assert (missed <= own + 1e-9).all()
-    assert chosen.shape == (len(X3),)
 
 
 @pytest.mark.parametrize("kind", [MappedMovement, ConditionedProMP, StoppedMovement])
@@ -401,19 +398,16 @@ def test_the_pieces_are_found(seed):
         assert adjusted_rand_score(pieces, found) >= 0.99
 
 
-def test_charts_are_worth_it():
-    """Away from the borders; and with charts that are known, everywhere."""
+def test_where_charts_are_told_right_they_are_right_and_one_regression_is_not():
     X, new = draw_field(300, 0), draw_field(400, 9)
     ours = build_method("charts", n_charts=3).fit(X, field(X))
     single = build_method("single regression").fit(X, field(X))
-    names = [ours.charts_[pieces_of(X) == piece][0] for piece in range(3)]
-    known = ours.predict(new, chart=np.array(names)[pieces_of(new)])
-    assert np.abs(known - field(new)).max() < 0.05
-    errors = [((m.predict(new) - field(new)) ** 2).mean() for m in (ours, single)]
-    right = ours.predict_chart(new) == np.array(names)[pieces_of(new)]
-    assert np.median(np.abs(single.predict(new) - field(new))[right]) > 0.1
-    assert np.abs(ours.predict(new) - field(new))[right].max() < 0.05
-    assert np.isfinite(errors).all()
+    names = np.array([ours.charts_[pieces_of(X) == piece][0] for piece in range(3)])
+    right = ours.predict_chart(new) == names[pieces_of(new)]
+    assert right.mean() > 0.9
+    missed = [np.abs(m.predict(new) - field(new))[right] for m in (ours, single)]
+    assert missed[0].max() < 0.05
+    assert missed[1].max() > 1
 
 
 def tuned_machine():
@@ -453,6 +447,5 @@ def test_between_charts_a_triangle_s_corners_are_asked():
     model = AbstainingSkill(skill).fit(X, y)
     assert model.charts_[0] == model.charts_[1] != model.charts_[2]
     assert_array_equal(model.predict([[0.3, 0.0]]), y[[1]])
-    alone = AbstainingSkill(skill).fit(X[:, :1], y)
-    torn = alone._near.n_neighbors, model._near.n_neighbors
-    assert torn == (2, 3)
+    on_a_line = AbstainingSkill(skill).fit(X[:, :1], y)  # between two of one chart
+    assert_array_equal(on_a_line.predict([[0.1]]), on_a_line.skill_.predict([[0.1]]))

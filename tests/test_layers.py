@@ -48,6 +48,7 @@ PRACTISES = {  # rivals that execute policies, or search
         "_by_trial",
         "_contextual",
         "_crkr_practice",
+        "_ends",  # which know what a world's tasks are as points
         "_mixture_practice",
         "_multitask",
         "_trial_gate",

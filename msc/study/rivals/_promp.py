@@ -117,7 +117,7 @@ class ConditionedProMP(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type
         check_number("end_time", self.end_time, 1e-3, 100.0)
         check_fit(self._world, dmp, X, y)
         if len(y) < 2:
-            raise ValueError(f"X has {len(X)} tasks; wanted at least two")
+            raise ValueError(f"X has shape {X.shape}; wanted at least two tasks")
         whole = np.insert(y.reshape(len(y), 2, dmp.n_basis), 0, 1.0, axis=2)
         weights = (find_ways(self._world, X)[:, :, None] * whole).reshape(len(y), -1)
         model = LedoitWolf().fit(weights)
