@@ -28,6 +28,7 @@ FLOORS = [
     "msc.estimates",
     "msc.study.rivals",
     "msc.study",
+    "msc.worlds",
     "msc.claims",
     "msc.plots",
     "msc.cli",
@@ -49,6 +50,7 @@ PRACTISES = {  # rivals that execute policies, or search
         "_by_trial",
         "_contextual",
         "_crkr_practice",
+        "_ends",  # which know what a world's tasks are as points
         "_mixture_practice",
         "_multitask",
         "_trial_gate",

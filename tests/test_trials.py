@@ -125,9 +125,10 @@ def test_what_cannot_be_executed_is_refused(model):
         refit(n_rollouts=-1)
 
 
-def test_a_world_has_one_angle():
+def test_a_world_has_as_many_numbers_as_its_tasks():
     for model in PRACTISED:
-        with pytest.raises(ValueError, match=r"X has 2 features; wanted one angle"):
+        message = r"points have shape .* 1 columns: task_deg|bounds 1 numbers; wanted 2"
+        with pytest.raises(ValueError, match=message):
             model.fit(np.hstack([X, X]), y)
 
 

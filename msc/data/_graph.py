@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
-from scipy.spatial import KDTree
 
 from msc._checks import to_floats
 
@@ -39,6 +36,8 @@ def find_neighbors(
     >>> find_neighbors([[0.0], [1.0], [6.0]], [[0.2]], 2)
     array([[0, 2]])
     """
+    from scipy.spatial import KDTree  # noqa: PLC0415
+
     points, others = _in_turn(tasks), _in_turn(queries)
     box = [TURN if closed else 0.0] + [0.0] * (points.shape[1] - 1)
     tree = KDTree(points, boxsize=box)
@@ -132,6 +131,9 @@ def find_pieces(
     >>> find_pieces(5, [[0, 1], [1, 2], [2, 3], [3, 4]], [1])
     array([1, 1, 0, 0, 0])
     """
+    from scipy.sparse import coo_array  # noqa: PLC0415
+    from scipy.sparse.csgraph import connected_components  # noqa: PLC0415
+
     kept = np.delete(np.asarray(edges), np.asarray(jumps, dtype=int), axis=0)
     joined = coo_array((np.ones(len(kept)), kept.T), shape=(n_tasks, n_tasks))
     _, labels = connected_components(joined, directed=False)

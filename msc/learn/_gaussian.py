@@ -56,7 +56,8 @@ def gaussian_process(kernel: str = "squared exponential") -> GaussianProcess:
         How alike two tasks' policies are, with their distance d and a length scale l:
         exp(-d²/2l²), infinitely smooth; the Matérn kernel of order 3/2,
         (1 + √3 d/l) exp(-√3 d/l), smooth once; or exp(-2 sin²(d/2)/l²), whose period
-        of 2π closes the circle of a single task angle.
+        of 2π closes the circle of the task angle, the first number: of others it is
+        the squared exponential, by which that is multiplied.
 
     Returns
     -------
@@ -118,10 +119,34 @@ def gaussian_classifier() -> GaussianProcessClassifier:
     )
 
 
+class Periodic(ExpSineSquared):  # type: ignore[misc]
+    """scikit-learn's periodic kernel of the first number of a turn, times others'.
+
+    Points (cos, sin) of a circle of radius one lie 2 sin(d/2) apart, so that of the
+    first number alone it is a squared exponential of these. With others beside them it
+    is positive definite as well, which that of a distance in all numbers is not.
+    """
+
+    def __call__(self, X: Any, Y: Any = None, eval_gradient: bool = False) -> Any:
+        """Return the kernel's matrix, and its gradient."""
+        X = np.atleast_2d(X)
+        if X.shape[1] == 1:
+            return super().__call__(X, Y, eval_gradient)
+        others = None if Y is None else _roll(Y)
+        rolled = RBF(self.length_scale, self.length_scale_bounds)
+        return rolled(_roll(X), others, eval_gradient)
+
+
+def _roll(X: Any) -> Array:
+    """Replace an angle, the first number, by its point on a circle."""
+    angles, others = np.split(np.asarray(X, dtype=np.float64), [1], axis=1)
+    return np.hstack([np.cos(angles), np.sin(angles), others])
+
+
 _KERNELS: dict[str, Callable[[], Kernel]] = {
     "squared exponential": lambda: RBF(1.0, LENGTH_SCALE_BOUNDS),
     "matern": lambda: Matern(1.0, LENGTH_SCALE_BOUNDS, nu=1.5),
-    "periodic": lambda: ExpSineSquared(1.0, 2 * np.pi, LENGTH_SCALE_BOUNDS, "fixed"),
+    "periodic": lambda: Periodic(1.0, 2 * np.pi, LENGTH_SCALE_BOUNDS, "fixed"),
 }
 
 

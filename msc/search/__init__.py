@@ -40,6 +40,7 @@ if TYPE_CHECKING:
         draw_tasks,
         grid,
         search_tasks,
+        tasks_at,
     )
 
 __all__, __getattr__, __dir__ = face(__name__, __file__)

@@ -23,7 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.stats import qmc
 from tqdm import tqdm
 
-from msc._checks import check_whole
+from msc._checks import check_whole, to_floats
 from msc._parallel import Runner, open_workers
 from msc.data import find_neighbors, name_weights, task_edges
 from msc.robot import Workspace
@@ -378,8 +378,50 @@ def coordinates(workspace: Workspace, tasks: Sequence[Any]) -> NDArray[np.float6
     array([[1.571]])
     """
     numbers = np.array(tasks, dtype=float).reshape(len(tasks), -1)
-    is_angle = [name.endswith("_deg") for name in workspace.task_names]
-    return np.where(is_angle, np.deg2rad(numbers), numbers) / workspace.task_units
+    angles = _is_angle(workspace)
+    return np.where(angles, np.deg2rad(numbers), numbers) / workspace.task_units
+
+
+def tasks_at(workspace: Workspace, points: ArrayLike) -> NDArray[np.float64]:
+    """Return the tasks that points are: undo `coordinates`.
+
+    Parameters
+    ----------
+    workspace : Workspace
+        The world.
+    points : array_like of shape (n_tasks, n_numbers)
+        The angle (rad), and all else in units that weigh alike.
+
+    Returns
+    -------
+    ndarray of shape (n_tasks,) or (n_tasks, n_numbers)
+        Task angles (degrees), as they are given to a world; where tasks have further
+        numbers, rows of them.
+
+    Raises
+    ------
+    ValueError
+        If points have not as many numbers as tasks do.
+
+    Examples
+    --------
+    >>> tasks_at(Workspace.free(), [[np.pi / 2]])
+    array([90.])
+    """
+    rows, names = to_floats("points", points), workspace.task_names
+    if rows.ndim != 2 or rows.shape[1] != len(names):
+        raise ValueError(
+            f"points have shape {rows.shape}; wanted {len(names)} columns: "
+            f"{', '.join(names)}"
+        )
+    numbers = rows * workspace.task_units
+    tasks = np.where(_is_angle(workspace), np.rad2deg(numbers), numbers)
+    return np.asarray(tasks if workspace.further else tasks[:, 0])
+
+
+def _is_angle(workspace: Workspace) -> list[bool]:
+    """Tell which numbers of a task are angles."""
+    return [name.endswith("_deg") for name in workspace.task_names]
 
 
 def _nearby(

@@ -98,8 +98,10 @@ class PiecewiseSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: 
         self.jumps = jumps
 
     def fit(self, X: Any, y: Any) -> Self:
-        """Divide the training set, and fit."""
+        """Divide the training set, of one number a task, and fit."""
         X, y = validate_pairs(self, X, y)
+        if X.shape[1] > 1:
+            raise ValueError(f"X has {X.shape[1]} features; wanted one, of the jumps")
         pieces = np.searchsorted(self.jumps, X[:, 0])
         self.skill_ = clone(self.skill).set_params(charts=Told(pieces)).fit(X, y)
         self.charts_ = self.skill_.charts_
@@ -161,7 +163,8 @@ class AbstainingSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type:
     Parameters
     ----------
     skill : ParameterizedSkill or PiecewiseSkill
-        What predicts where the two nearest training tasks are of one chart.
+        What predicts where the nearest training tasks are of one chart: two, where a
+        task is one number, and one more a further number, as a triangle has corners.
 
     Attributes
     ----------
@@ -179,12 +182,13 @@ class AbstainingSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type:
         X, y = validate_pairs(self, X, y)
         self.skill_ = clone(self.skill).fit(X, y)
         self.charts_ = self.skill_.charts_
-        self._near = KNeighborsClassifier(min(2, len(X))).fit(X, self.charts_)
+        n_corners = min(1 + X.shape[1], len(X))
+        self._near = KNeighborsClassifier(n_corners).fit(X, self.charts_)
         self._stored = KNeighborsRegressor(1).fit(X, y)
         return self
 
     def predict(self, X: Any) -> Array:
-        """Predict; between training tasks of two charts the nearest one's policy."""
+        """Predict; between training tasks of several charts the nearest policy."""
         check_is_fitted(self)
         X = validate_points(self, X, reset=False)
         found = np.asarray(self.skill_.predict(X))

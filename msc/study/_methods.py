@@ -43,17 +43,22 @@ class Method:
     ----------
     build : callable
         Takes a `Setting` and gives an unfitted estimator with `fit(X, y)` and
-        `predict(X)`, tasks in radians; or with `plan(X)`, joint angles to follow.
+        `predict(X)`, tasks as `coordinates` has them; or with `plan(X)`, joint angles
+        to follow.
     group : str
         Under what it is listed.
     sets : {"all", "even", "some", "few", "sweep"}
         On which training sets: all; the evenly spaced ones; of these ten at each of
         three sizes; three at one size; those of the sweep over the number of charts.
+    n_numbers : int or None, default=None
+        Of how many numbers a task has to be: 1 if it needs an order of tasks. None:
+        of any.
     """
 
     build: Callable[[Setting], Any]
     group: str
     sets: str = "some"
+    n_numbers: int | None = None
 
 
 def _projected(to: Setting) -> Any:
@@ -74,6 +79,7 @@ def _tried(to: Setting) -> Any:
 
 
 BY_TRIAL = ", by trial"
+LADDER = {"SMCE": None, "linkage": None, "pieces": 1}  # charts: numbers of a task
 
 METHODS = {
     "charts": Method(build_skill, "paper", "all"),
@@ -107,7 +113,9 @@ METHODS = {
         "section V",
     ),
     "after Liu: mapped": Method(lambda to: MappedMovement(to.workspace), "section V"),
-    "after Hausknecht: no sweep": Method(lambda _: InvertedSweep(), "section V"),
+    "after Hausknecht: no sweep": Method(
+        lambda _: InvertedSweep(), "section V", n_numbers=1
+    ),
     "after Soni: stopped": Method(
         lambda to: StoppedMovement(to.workspace), "section V"
     ),
@@ -125,17 +133,17 @@ METHODS = {
     "random forest": Method(todays_method, "today"),
     "gradient boosting": Method(todays_method, "today"),
     "neural network": Method(todays_method, "today"),
-    "change points": Method(todays_method, "today"),
+    "change points": Method(todays_method, "today", n_numbers=1),
     "conditioned ProMP": Method(lambda to: ConditionedProMP(to.workspace), "today"),
     **{
-        f"ladder: {charts}{gate}": Method(build_ladder, "ladder", "even")
-        for charts in ("SMCE", "linkage", "pieces")
+        f"ladder: {charts}{gate}": Method(build_ladder, "ladder", "even", n_numbers)
+        for charts, n_numbers in LADDER.items()
         for gate in ("", ", best gate", ", abstaining", ", true gate")
         if charts + gate != "SMCE"  # it is "charts, one kernel"
     },
     **{
-        f"ladder: {charts}{BY_TRIAL}": Method(_tried, "ladder", "even")
-        for charts in ("SMCE", "linkage", "pieces")
+        f"ladder: {charts}{BY_TRIAL}": Method(_tried, "ladder", "even", n_numbers)
+        for charts, n_numbers in LADDER.items()
     },
     **{
         f"{count} {'chart' if count == 1 else 'charts'}": Method(
@@ -162,7 +170,8 @@ def build_method(name: str, **how: Any) -> Any:
           as in the paper;
         - "CrKr": cost-regularised kernel regression, both its parameters tuned;
         - "nearest neighbour": the policy of the nearest training task;
-        - "linear interpolation": between the training tasks on either side;
+        - "linear interpolation": between the training tasks on either side, or at the
+          corners of a triangle, see `Interpolation`;
         - "mean policy": the training policies' mean, whatever the task;
         - "zero policy": no weights, which leaves the arm to the DMP's spring;
         - "…, SVM gate": a support vector machine tells which chart a task belongs to;
@@ -186,13 +195,15 @@ def build_method(name: str, **how: Any) -> Any:
     Returns
     -------
     estimator
-        With `fit(X, y)` and `predict(X)`, tasks in radians; "after Soni: stopped" has
-        `plan(X)` instead, joint angles for `Arm.follow`.
+        With `fit(X, y)` and `predict(X)`, tasks as `msc.search.coordinates` has them:
+        the angle (rad) and what else they have; "after Soni: stopped" has `plan(X)`
+        instead, joint angles for `Arm.follow`.
 
     Raises
     ------
     ValueError
-        If there is no such method.
+        If there is no such method, or it needs tasks of one number and the workspace's
+        have several.
 
     Notes
     -----
@@ -209,7 +220,14 @@ def build_method(name: str, **how: Any) -> Any:
     """
     if name not in METHODS:
         raise ValueError(f"name={name!r} is no method; wanted one of {tuple(METHODS)}")
-    return METHODS[name].build(Setting(name, **how))
+    to, method = Setting(name, **how), METHODS[name]
+    numbers = to.workspace.task_names
+    if method.n_numbers not in (None, len(numbers)):
+        raise ValueError(
+            f"name={name!r} takes tasks of {method.n_numbers} number; wanted another "
+            f"method for those of {', '.join(numbers)}"
+        )
+    return method.build(to)
 
 
 def fit_methods(
@@ -224,8 +242,8 @@ def fit_methods(
 
     Parameters
     ----------
-    X : array_like of shape (n_tasks, 1)
-        Tasks (rad).
+    X : array_like of shape (n_tasks, n_numbers)
+        Tasks: the angle (rad), and all else in units that weigh alike.
     y : array_like of shape (n_tasks, n_params)
         Their policies.
     cost : array_like of shape (n_tasks,)
@@ -245,7 +263,8 @@ def fit_methods(
     Raises
     ------
     ValueError
-        If a method is unknown, or the costs are not positive, one a task.
+        If a method is unknown or takes no such tasks, or the costs are not positive,
+        one a task.
 
     Examples
     --------

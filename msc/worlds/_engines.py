@@ -62,8 +62,8 @@ def execute_elsewhere(world: Workspace, data: Dataset) -> dict[str, Any]:
     own = world.physics.engine
     (other,) = set(ENGINES) - {own}
     elsewhere = replace(world, physics=replace(world.physics, engine=other))
-    tasks = data.table[list(world.task_names)].to_numpy()
-    tasks = tasks if world.further else tasks[:, 0]
+    rows = data.table[list(world.task_names)].to_numpy()
+    tasks: Any = rows if world.further else rows[:, 0]
     with Arm(world) as here, Arm(elsewhere) as there:
         pair = [arm.execute_many(data.policies, tasks) for arm in (here, there)]
     told: dict[str, Any] = {"engine": own}

@@ -16,11 +16,12 @@ from sklearn.utils.validation import check_is_fitted, has_fit_parameter
 
 from msc._checks import seed_of, validate_pairs, validate_points
 from msc.robot import Workspace
+from msc.search import coordinates
 from msc.study.rivals._contextual import ContextualSearch
 from msc.study.rivals._crkr_practice import PractisedCrKR
 from msc.study.rivals._mixture_practice import PractisedMixture
 from msc.study.rivals._multitask import MultiTaskSearch
-from msc.study.rivals._trials import Trials, draw_tasks
+from msc.study.rivals._trials import Span, Trials, draw_tasks
 
 PRACTICE = 500
 """Rollouts of one practice, after a set of searched tasks."""
@@ -32,7 +33,7 @@ N_CHECKS = 48
 """Rollouts by which a setting is judged: one on each of so many tasks, drawn anew."""
 
 CIRCLE = 0.0, 2 * np.pi
-"""Where tasks are drawn that are practised, searched or judged by (rad)."""
+"""Where angles are drawn that are practised, searched or judged by (rad)."""
 
 # Of these, 10 and beyond=True had been seen to do well on test tasks; they are tried
 # beside others, and count no more than these.
@@ -185,5 +186,16 @@ def practising_method(
         "contextual search": ContextualSearch,
     }[name]
     n_rollouts = PRACTICE if name.endswith("practice") else SEARCH
-    how = {"n_rollouts": n_rollouts, "span": CIRCLE, "random_state": random_state}
+    how: dict[str, Any] = {"n_rollouts": n_rollouts, "random_state": random_state}
+    how["span"] = _span_of(workspace)
     return ChosenByTrial(kind(workspace, **how), SETTINGS[name])
+
+
+def _span_of(workspace: Workspace) -> Span:
+    """Return the bounds of a world's tasks, as points."""
+    if not workspace.further:
+        return CIRCLE
+    lows = [0.0, *(one.low for one in workspace.further)]
+    highs = [360.0, *(one.high for one in workspace.further)]
+    low, high = coordinates(workspace, [lows, highs]).tolist()
+    return tuple(low), tuple(high)

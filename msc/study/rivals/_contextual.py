@@ -19,7 +19,7 @@ from msc._checks import (
     validate_points,
 )
 from msc.robot import DMP, Workspace
-from msc.study.rivals._trials import Execute, Trials, cosines, draw_tasks
+from msc.study.rivals._trials import Execute, Span, Trials, cosines, draw_tasks
 
 Array = NDArray[np.float64]
 
@@ -34,10 +34,10 @@ class ContextualSearch(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type
     workspace : Workspace, optional
         Where to execute; by default ``Workspace.free()``.
     execute : callable, optional
-        Executes in its place: policies of shape (n, n_params) and tasks of shape (n, 1)
-        give n costs.
+        Executes in its place: policies of shape (n, n_params) and tasks of shape (n,
+        n_task_params) give n costs.
     n_features : int, default=8
-        Features of a task.
+        Features of a task's first number; each further one has one more.
     from_policies : bool, default=False
         Whether to begin at the least-squares fit to the training policies, with a small
         first step, instead of at zero with a wide one.
@@ -47,22 +47,23 @@ class ContextualSearch(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type
     n_rollouts : int, default=20000
         Trials, at most: what searches of some twenty tasks from scratch take.
     span : tuple of (float, float), default=(0, 2 pi)
-        Bounds of tasks, between which they are drawn, uniformly (rad).
+        Bounds of tasks, between which they are drawn, uniformly (rad); where tasks have
+        several numbers, two rows of bounds.
     dmp : DMP, optional
-        What a policy means; by default ``DMP()``.
+        What a policy means; by default the workspace's.
     random_state : int, RandomState instance, Generator or None, default=None
         Draws tasks and policies.
 
     Attributes
     ----------
-    coef_ : ndarray of shape (n_params, n_features)
+    coef_ : ndarray of shape (n_params, n_all_features)
         The mean of the search distribution is ``coef_ @ f(x)``.
     covariance_ : ndarray of shape (n_params, n_params)
         Its covariance, the same for all tasks.
     n_rollouts_ : int
         Rollouts spent, not counting searches of the training set.
     n_features_in_ : int
-        Number of task parameters: one, the angle.
+        Number of task parameters.
 
     Notes
     -----
@@ -126,7 +127,7 @@ class ContextualSearch(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type
         from_policies: bool = False,
         step: float | None = None,
         n_rollouts: int = 20_000,
-        span: tuple[float, float] = (0.0, 2 * np.pi),
+        span: Span = (0.0, 2 * np.pi),
         dmp: DMP | None = None,
         random_state: RandomState = None,
     ) -> None:
@@ -145,8 +146,8 @@ class ContextualSearch(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type
 
         Parameters
         ----------
-        X : array-like of shape (n_tasks, 1)
-            Tasks (rad).
+        X : array-like of shape (n_tasks, n_task_params)
+            Tasks.
         y : array-like of shape (n_tasks, n_params)
             Policies; only their number of weights counts unless `from_policies`.
 
@@ -158,7 +159,7 @@ class ContextualSearch(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type
         Raises
         ------
         ValueError
-            If a task has several parameters.
+            If tasks have not as many numbers as the span bounds.
         """
         self._validate_params()
         X, y = validate_pairs(self, X, y)
@@ -167,7 +168,7 @@ class ContextualSearch(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type
         seen, n_params = cosines(X, self.n_features, self.span), y.shape[1]
         trials = Trials(self.workspace, self.execute, self.dmp)
         rng = np.random.default_rng(seed_of(self.random_state))
-        mean = np.zeros((self.n_features, n_params))
+        mean = np.zeros((seen.shape[1], n_params))
         if self.from_policies:
             mean = np.linalg.lstsq(seen, y, rcond=None)[0]
         root = trials.spread(X, n_params)
@@ -176,7 +177,7 @@ class ContextualSearch(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type
         while trials.n_rollouts + strategy.n_policies <= self.n_rollouts:
             tasks = draw_tasks(rng, strategy.n_policies, X, self.span)
             finer = cosines(tasks, 2 * self.n_features - 1, self.span)
-            seen = finer[:, : self.n_features]
+            seen = finer[:, : len(mean)]
             policies = strategy.draw(seen, rng)
             paid = trials(policies, tasks)
             strategy.learn(seen, policies, paid - finer @ regress(finer, paid))
@@ -190,8 +191,8 @@ class ContextualSearch(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type
 
         Parameters
         ----------
-        X : array-like of shape (n_tasks, 1)
-            Tasks (rad).
+        X : array-like of shape (n_tasks, n_task_params)
+            Tasks.
 
         Returns
         -------

@@ -25,6 +25,7 @@ from msc.study.rivals._crkr import CrKR
 from msc.study.rivals._trials import (
     N_TOGETHER,
     Execute,
+    Span,
     Trials,
     draw_tasks,
     usual_costs,
@@ -56,10 +57,10 @@ class PractisedCrKR(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: i
         Trials that are drawn and executed before they are learned from: arms of a
         world. The original learns from every one: 1.
     span : tuple of (float, float), default=None
-        Bounds of the tasks that are practised, drawn uniformly (rad). None: from the
-        least training task to the greatest, in each column.
+        Bounds of the tasks that are practised, drawn uniformly (rad), or two rows of
+        them, a column each. None: from the least training task to the greatest.
     dmp : DMP, optional
-        What a policy means; by default ``DMP()``.
+        What a policy means; by default the workspace's.
     random_state : int, RandomState instance, Generator or None, default=None
         Draws tasks and policies.
 
@@ -140,7 +141,7 @@ class PractisedCrKR(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: i
         beyond: bool = True,
         n_rollouts: int = 500,
         n_together: int = N_TOGETHER,
-        span: tuple[float, float] | None = None,
+        span: Span | None = None,
         dmp: DMP | None = None,
         random_state: RandomState = None,
     ) -> None:

@@ -10,7 +10,8 @@ from sklearn.base import BaseEstimator, MultiOutputMixin, RegressorMixin
 from sklearn.utils.validation import check_is_fitted
 
 from msc._checks import check_kind, validate_pairs, validate_points
-from msc.robot import DMP, Workspace, forward_kinematics
+from msc.robot import DMP, Workspace
+from msc.study.rivals._ends import check_fit, find_ways
 
 Array = NDArray[np.float64]
 
@@ -25,31 +26,31 @@ class MappedMovement(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: 
     workspace : Workspace, optional
         Where the goals of tasks are; by default ``Workspace.free()``.
     dmp : DMP, optional
-        What a policy means, not `gated`; by default ``DMP()``.
+        What a policy means, not `gated`; by default the workspace's.
 
     Attributes
     ----------
-    tasks_ : ndarray of shape (n_tasks, 1)
-        Source tasks: the training tasks (rad).
+    tasks_ : ndarray of shape (n_tasks, n_task_params)
+        Source tasks: the training tasks.
     policies_ : ndarray of shape (n_tasks, n_params)
         Their policies.
     n_features_in_ : int
-        Number of task parameters: one, the angle.
+        Number of task parameters: as many as the workspace's tasks have.
 
     Notes
     -----
     In [1]_ what was learned in a source task is translated to a target task, by a map
     between what corresponds in them, and learning goes on from there. Here start and
-    goal correspond; the one similarity that takes start x0 to itself and the source's
-    goal g to the target's g' turns and stretches the movement by the same as the way::
+    goal correspond; the one similarity that takes the source's start x0 and goal g to
+    the target's x0' and g' turns and stretches the movement by the same as the way::
 
-        x'(t) - x0 = R (x(t) - x0),  g' - x0 = R (g - x0)
+        x'(t) - x0' = R (x(t) - x0),  g' - x0' = R (g - x0)
 
     Basis functions sum to one (Eq. 7), so that the spring is a force K like theirs, and
     each coordinate moves by x(t) - x0 = (g - x0) B(t) (K + w). So there is a policy of
     the target that moves so to the last bit::
 
-        w'_d = sum_e R_de (g - x0)_e (K + w_e) / (g' - x0)_d - K
+        w'_d = sum_e R_de (g - x0)_e (K + w_e) / (g' - x0')_d - K
 
     A DMP's own scaling, which stretches each coordinate by itself and is what a policy
     left as it is would do, is no similarity. It assumes that the arm and the obstacles
@@ -58,7 +59,7 @@ class MappedMovement(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: 
 
     Adapted: the map is given, where the original finds it by structure mapping between
     qualitative models; values of actions become weights of a movement; the source is
-    the training task with the nearest angle round the circle, as there are several.
+    the nearest training task, angles round the circle, as there are several.
 
     References
     ----------
@@ -86,8 +87,8 @@ class MappedMovement(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: 
 
         Parameters
         ----------
-        X : array-like of shape (n_tasks, 1)
-            Task angles (rad).
+        X : array-like of shape (n_tasks, n_task_params)
+            Tasks: angles (rad), and what else they have in units that weigh alike.
         y : array-like of shape (n_tasks, n_params)
             Policies.
 
@@ -99,37 +100,27 @@ class MappedMovement(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: 
         Raises
         ------
         ValueError
-            If a task is more than an angle, policies are not as wide as the DMP's, or
-            the DMP is gated.
+            If tasks are not as wide as the workspace's or policies as the DMP's, or the
+            DMP is gated.
         """
         X, y = validate_pairs(self, X, y)
         self._world = Workspace.free() if self.workspace is None else self.workspace
-        self._dmp = DMP() if self.dmp is None else self.dmp
         check_kind("workspace", self._world, Workspace)
+        self._dmp = self._world.dmp if self.dmp is None else self.dmp
         check_kind("dmp", self._dmp, DMP)
         if self._dmp.gated:
             raise ValueError("dmp is gated: its spring is no force like the basis'")
-        if X.shape[1] != 1 or y.shape[1:] != (self._dmp.n_params,):
-            raise ValueError(
-                f"X has shape {X.shape} and y {y.shape}; wanted (n_tasks, 1) and "
-                f"(n_tasks, {self._dmp.n_params})"
-            )
+        check_fit(self._world, self._dmp, X, y)
         self.tasks_, self.policies_ = X.copy(), y.copy()
         return self
-
-    def _ways(self, X: Array) -> Array:
-        """Return from the start to the goals: (n_tasks, 2) metres."""
-        world = self._world
-        start = forward_kinematics(world.home, world.link_lengths)[-1]
-        return np.asarray(world.target(np.rad2deg(X[:, 0])) - start)
 
     def predict(self, X: Any) -> Array:
         """Turn and stretch the movements of the nearest tasks.
 
         Parameters
         ----------
-        X : array-like of shape (n_tasks, 1)
-            Task angles (rad).
+        X : array-like of shape (n_tasks, n_task_params)
+            Tasks: angles (rad), and what else they have in units that weigh alike.
 
         Returns
         -------
@@ -138,13 +129,11 @@ class MappedMovement(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: 
         """
         check_is_fitted(self)
         X = validate_points(self, X, reset=False)
-        apart = np.abs((X - self.tasks_.T + np.pi) % (2 * np.pi) - np.pi)
-        source = apart.argmin(axis=1)
-        old, new, spring = (
-            self._ways(self.tasks_[source]),
-            self._ways(X),
-            self._dmp.spring,
-        )
+        apart = X[:, None] - self.tasks_
+        apart[..., 0] = (apart[..., 0] + np.pi) % (2 * np.pi) - np.pi
+        source = np.linalg.norm(apart, axis=2).argmin(axis=1)
+        old = find_ways(self._world, self.tasks_[source])
+        new, spring = find_ways(self._world, X), self._dmp.spring
         ratio = (new @ [1, 1j]) / (old @ [1, 1j])  # a similarity is a complex factor
         force = spring + self.policies_[source].reshape(len(X), 2, -1)
         moved = ratio[:, None] * np.einsum("td,tdb,d->tb", old, force, [1, 1j])

@@ -14,7 +14,7 @@ from sklearn.utils._param_validation import Interval
 from msc._checks import RANDOM_STATE, RandomState, seed_of, validate_points
 from msc.robot import DMP, Workspace
 from msc.study.rivals._mixture import MovementMixture
-from msc.study.rivals._trials import N_TOGETHER, Execute, Trials, draw_tasks
+from msc.study.rivals._trials import N_TOGETHER, Execute, Span, Trials, draw_tasks
 
 Array = NDArray[np.float64]
 
@@ -46,10 +46,10 @@ class PractisedMixture(MovementMixture):
     strength : float, default=0.1
         How strongly, > 0, the gate is held to what it was before practice.
     span : tuple of (float, float), default=None
-        Bounds of the tasks that are practised, drawn uniformly (rad). None: from the
-        least training task to the greatest, in each column.
+        Bounds of the tasks that are practised, drawn uniformly (rad), or two rows of
+        them, a column each. None: from the least training task to the greatest.
     dmp : DMP, optional
-        What a policy means; by default ``DMP()``.
+        What a policy means; by default the workspace's.
     random_state : int, RandomState instance, Generator or None, default=None
         Draws tasks and shares.
 
@@ -120,7 +120,7 @@ class PractisedMixture(MovementMixture):
         concentration: float = 10.0,
         temperature: float | None = None,
         strength: float = 0.1,
-        span: tuple[float, float] | None = None,
+        span: Span | None = None,
         dmp: DMP | None = None,
         random_state: RandomState = None,
     ) -> None:

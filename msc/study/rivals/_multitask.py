@@ -20,7 +20,7 @@ from msc._checks import (
 )
 from msc.robot import DMP, Workspace
 from msc.search import SearchOptions, minimize
-from msc.study.rivals._trials import Execute, Trials, cosines
+from msc.study.rivals._trials import Execute, Span, Trials, cosines
 
 Array = NDArray[np.float64]
 
@@ -35,10 +35,10 @@ class MultiTaskSearch(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type:
     workspace : Workspace, optional
         Where to execute; by default ``Workspace.free()``.
     execute : callable, optional
-        Executes in its place: policies of shape (n, n_params) and tasks of shape (n, 1)
-        give n costs.
+        Executes in its place: policies of shape (n, n_params) and tasks of shape (n,
+        n_task_params) give n costs.
     n_features : int, default=8
-        Features of a task.
+        Features of a task's first number; each further one has one more.
     from_policies : bool, default=True
         Whether to begin at the least-squares fit to the training policies, with a small
         first step, instead of at zero with a wide one.
@@ -48,22 +48,23 @@ class MultiTaskSearch(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type:
     n_rollouts : int, default=20000
         Trials, at most: what searches of some twenty tasks from scratch take.
     span : tuple of (float, float), default=(0, 2 pi)
-        Bounds of tasks, between which features are orthonormal (rad).
+        Bounds of tasks, between which features are orthonormal (rad); where tasks have
+        several numbers, two rows of bounds.
     dmp : DMP, optional
-        What a policy means; by default ``DMP()``.
+        What a policy means; by default the workspace's.
     random_state : int, RandomState instance, Generator or None, default=None
         Draws of the search.
 
     Attributes
     ----------
-    coef_ : ndarray of shape (n_params, n_features)
+    coef_ : ndarray of shape (n_params, n_all_features)
         The function: the cheapest that was executed.
     mean_cost_ : float
         Its cost, mean over the training tasks.
     n_rollouts_ : int
         Rollouts spent, not counting searches of the training set.
     n_features_in_ : int
-        Number of task parameters: one, the angle.
+        Number of task parameters.
 
     Notes
     -----
@@ -80,7 +81,8 @@ class MultiTaskSearch(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type:
     f_k = sqrt(2) cos(k x / 2). They are orthonormal over tasks, so that the mean cost
     is as well conditioned in `coef_` as one task's cost in its policy, which radial
     basis functions, that overlap, would not have it; they have no width to tune; and
-    they are not periodic: at the cut policies jump.
+    they are not periodic: at the cut policies jump. Of further numbers of a task there
+    is the first cosine each, which adds to those of the angle.
 
     Adapted: the original's function is of the state as well, with radial basis
     functions, where a DMP has the state in it; the search may begin at the searched
@@ -125,7 +127,7 @@ class MultiTaskSearch(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type:
         from_policies: bool = True,
         step: float | None = None,
         n_rollouts: int = 20_000,
-        span: tuple[float, float] = (0.0, 2 * np.pi),
+        span: Span = (0.0, 2 * np.pi),
         dmp: DMP | None = None,
         random_state: RandomState = None,
     ) -> None:
@@ -144,8 +146,8 @@ class MultiTaskSearch(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type:
 
         Parameters
         ----------
-        X : array-like of shape (n_tasks, 1)
-            Tasks (rad).
+        X : array-like of shape (n_tasks, n_task_params)
+            Tasks.
         y : array-like of shape (n_tasks, n_params)
             Policies; only their number of weights counts unless `from_policies`.
 
@@ -157,8 +159,8 @@ class MultiTaskSearch(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type:
         Raises
         ------
         ValueError
-            If a task has several parameters, or the budget is less than what a
-            generation of the search may take.
+            If tasks have not as many numbers as the span bounds, or the budget is less
+            than what a generation of the search may take.
         """
         self._validate_params()
         X, y = validate_pairs(self, X, y)
@@ -166,7 +168,7 @@ class MultiTaskSearch(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type:
             raise ValueError(f"y has shape {y.shape}; wanted (n_tasks, n_params)")
         seen, n_params = cosines(X, self.n_features, self.span), y.shape[1]
         trials = Trials(self.workspace, self.execute, self.dmp)
-        start = np.zeros((n_params, self.n_features))
+        start = np.zeros((n_params, seen.shape[1]))
         if self.from_policies:
             start = np.linalg.lstsq(seen, y, rcond=None)[0].T
         population = 4 + int(3 * np.log(start.size))  # CMA-ES's own rule
@@ -183,7 +185,7 @@ class MultiTaskSearch(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type:
             paid = trials(policies, np.tile(X, (len(functions), 1)))
             return paid.reshape(len(functions), -1).mean(axis=1).tolist()  # type: ignore[no-any-return]
 
-        root = np.kron(trials.spread(X, n_params), np.eye(self.n_features))
+        root = np.kron(trials.spread(X, n_params), np.eye(seen.shape[1]))
         options = SearchOptions(
             max_evaluations=most,
             population=population,
@@ -193,7 +195,7 @@ class MultiTaskSearch(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type:
         found = minimize(
             costs,
             start.ravel(),
-            step / np.sqrt(self.n_features),  # features' squares sum to n_features
+            step / np.sqrt(seen.shape[1]),  # features' squares sum to n_features
             np.random.default_rng(seed_of(self.random_state)),
             np.asarray(root, dtype=np.float64),
             options=options,
@@ -207,8 +209,8 @@ class MultiTaskSearch(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type:
 
         Parameters
         ----------
-        X : array-like of shape (n_tasks, 1)
-            Tasks (rad).
+        X : array-like of shape (n_tasks, n_task_params)
+            Tasks.
 
         Returns
         -------

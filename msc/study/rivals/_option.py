@@ -9,19 +9,12 @@ from numpy.typing import ArrayLike, NDArray
 from sklearn.base import BaseEstimator
 from sklearn.utils.validation import check_is_fitted
 
-from msc._checks import check_kind, validate_pairs, validate_points
-from msc.robot import (
-    DMP,
-    TIME_STEP,
-    Workspace,
-    forward_kinematics,
-    inverse_kinematics,
-)
+from msc._checks import check_kind, to_floats, validate_pairs, validate_points
+from msc.robot import DMP, Workspace, inverse_kinematics
+from msc.study.rivals._ends import check_fit, find_ends, find_homes
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
-
-_N_MOVING, _N_STEPS = 60, 66  # steps of an arm's rollout: moving, and with settling
 
 
 class StoppedMovement(BaseEstimator):  # type: ignore[misc]
@@ -35,14 +28,15 @@ class StoppedMovement(BaseEstimator):  # type: ignore[misc]
     workspace : Workspace, optional
         Where the goals of tasks are; by default ``Workspace.free()``.
     dmp : DMP, optional
-        What a policy means; by default ``DMP()``.
+        What a policy means; by default the workspace's.
 
     Attributes
     ----------
     movements_ : ndarray of shape (n_tasks, n_moving + 1, 2)
-        The stored movements: paths of the training policies to their own goals (m).
+        The stored movements: paths of the training policies to their own goals (m), as
+        seen from a base that is turned along with the home pose.
     n_features_in_ : int
-        Number of task parameters: one, the angle.
+        Number of task parameters: as many as the workspace's tasks have.
 
     Notes
     -----
@@ -58,8 +52,10 @@ class StoppedMovement(BaseEstimator):  # type: ignore[misc]
     policy weights it has none.
 
     Adapted: movements are those of searched policies, and pass where the DMP says, not
-    where an arm was seen to be. Left out: everything that makes a hierarchy, as salient
-    events, intrinsic rewards, values over options; a reach has no parts.
+    where an arm was seen to be. Where tasks begin in different home poses, turned about
+    the base, a movement is turned along: joints move alike. Left out: everything that
+    makes a hierarchy, as salient events, intrinsic rewards, values over options; a
+    reach has no parts.
 
     References
     ----------
@@ -89,8 +85,8 @@ class StoppedMovement(BaseEstimator):  # type: ignore[misc]
 
         Parameters
         ----------
-        X : array-like of shape (n_tasks, 1)
-            Task angles (rad).
+        X : array-like of shape (n_tasks, n_task_params)
+            Tasks: angles (rad), and what else they have in units that weigh alike.
         y : array-like of shape (n_tasks, n_params)
             Policies.
 
@@ -102,33 +98,31 @@ class StoppedMovement(BaseEstimator):  # type: ignore[misc]
         Raises
         ------
         ValueError
-            If a task is more than an angle, or policies are not as wide as the DMP's.
+            If tasks are not as wide as the workspace's, or policies as the DMP's.
         """
         X, y = validate_pairs(self, X, y)
         self._world = Workspace.free() if self.workspace is None else self.workspace
-        dmp = DMP() if self.dmp is None else self.dmp
         check_kind("workspace", self._world, Workspace)
+        dmp = self._world.dmp if self.dmp is None else self.dmp
         check_kind("dmp", dmp, DMP)
-        if X.shape[1] != 1 or y.shape[1:] != (dmp.n_params,):
-            raise ValueError(
-                f"X has shape {X.shape} and y {y.shape}; wanted (n_tasks, 1) and "
-                f"(n_tasks, {dmp.n_params})"
-            )
-        world, times = self._world, TIME_STEP * np.arange(_N_MOVING + 1)
-        start = forward_kinematics(world.home, world.link_lengths)[-1]
-        self.movements_ = dmp.path(y, start, self._goals(X), times)
+        check_fit(self._world, dmp, X, y)
+        physics, (starts, goals) = self._world.physics, find_ends(self._world, X)
+        times = physics.time_step * np.arange(physics.n_moving + 1)
+        paths = dmp.path(y, starts, goals, times)
+        self.movements_ = _turn(paths, -self._turns(X))
         return self
 
-    def _goals(self, X: Array) -> Array:
-        return self._world.target(np.rad2deg(X[:, 0]))
+    def _turns(self, X: Array) -> Array:
+        """Return how far the base joint is turned at home, beyond the world's (rad)."""
+        return np.asarray(find_homes(self._world, X)[:, 0] - self._world.home[0])
 
     def choose(self, X: ArrayLike) -> tuple[Indices, Indices]:
         """Choose the movement for each task, and when to stop it.
 
         Parameters
         ----------
-        X : array-like of shape (n_tasks, 1)
-            Task angles (rad).
+        X : array-like of shape (n_tasks, n_task_params)
+            Tasks: angles (rad), and what else they have in units that weigh alike.
 
         Returns
         -------
@@ -138,8 +132,9 @@ class StoppedMovement(BaseEstimator):  # type: ignore[misc]
             At which step it stops, 0 to n_moving.
         """
         check_is_fitted(self)
-        goals = self._goals(validate_points(self, X, reset=False))
-        gaps = np.linalg.norm(self.movements_ - goals[:, None, None], axis=-1)
+        X = validate_points(self, X, reset=False)
+        goals = _turn(find_ends(self._world, X)[1][:, None], -self._turns(X))
+        gaps = np.linalg.norm(self.movements_ - goals[:, None], axis=-1)
         nearest = gaps.reshape(len(goals), -1).argmin(axis=1)
         movement, step = np.unravel_index(nearest, gaps.shape[1:])
         return movement, step
@@ -149,8 +144,8 @@ class StoppedMovement(BaseEstimator):  # type: ignore[misc]
 
         Parameters
         ----------
-        X : array-like of shape (n_tasks, 1)
-            Task angles (rad).
+        X : array-like of shape (n_tasks, n_task_params)
+            Tasks: angles (rad), and what else they have in units that weigh alike.
 
         Returns
         -------
@@ -158,23 +153,32 @@ class StoppedMovement(BaseEstimator):  # type: ignore[misc]
             Positions (m): the movement, and after it the place where it stops.
         """
         movement, step = self.choose(X)
-        steps = np.minimum(np.arange(_N_MOVING + 1), step[:, None])
-        return np.asarray(self.movements_[movement[:, None], steps])
+        steps = np.minimum(np.arange(self.movements_.shape[1]), step[:, None])
+        paths = self.movements_[movement[:, None], steps]
+        return _turn(paths, self._turns(to_floats("X", X)))
 
     def plan(self, X: ArrayLike) -> Array:
         """Turn the stopped movements into joint angles, as `Arm.plan` does policies.
 
         Parameters
         ----------
-        X : array-like of shape (n_tasks, 1)
-            Task angles (rad).
+        X : array-like of shape (n_tasks, n_task_params)
+            Tasks: angles (rad), and what else they have in units that weigh alike.
 
         Returns
         -------
         ndarray of shape (n_tasks, n_steps + 1, 3)
             Joint angles (rad); after the movement the last ones are held.
         """
-        path, world = self.path(X), self._world
-        moving = inverse_kinematics(path, world.home, world.link_lengths)
-        held = moving[:, -1:].repeat(_N_STEPS - _N_MOVING, axis=1)
+        path, world, physics = self.path(X), self._world, self._world.physics
+        homes = find_homes(world, to_floats("X", X))
+        moving = inverse_kinematics(path, homes, world.link_lengths)
+        held = moving[:, -1:].repeat(physics.n_steps - physics.n_moving, axis=1)
         return np.concatenate([moving, held], axis=1)
+
+
+def _turn(paths: Array, angles: Array) -> Array:
+    """Turn paths (n, n_times, 2) about the base, each by its angle (rad)."""
+    (x, y), (cos, sin) = np.moveaxis(paths, -1, 0), (np.cos(angles), np.sin(angles))
+    cos, sin = cos[:, None], sin[:, None]
+    return np.stack([cos * x - sin * y, sin * x + cos * y], axis=-1)

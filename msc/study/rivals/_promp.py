@@ -11,7 +11,8 @@ from sklearn.covariance import LedoitWolf
 from sklearn.utils.validation import check_is_fitted
 
 from msc._checks import check_kind, check_number, validate_pairs, validate_points
-from msc.robot import DMP, Workspace, forward_kinematics
+from msc.robot import DMP, Workspace
+from msc.study.rivals._ends import check_fit, find_ways
 
 Array = NDArray[np.float64]
 
@@ -24,7 +25,7 @@ class ConditionedProMP(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type
     workspace : Workspace, optional
         Where the goals of tasks are; by default ``Workspace.free()``.
     dmp : DMP, optional
-        What a policy means; by default ``DMP()``.
+        What a policy means; by default the workspace's.
     end_time : float, default=1.0
         When the movement is to be at the goal (s).
 
@@ -35,7 +36,7 @@ class ConditionedProMP(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type
     covariance_ : ndarray of shape (2 + n_params, 2 + n_params)
         Their covariance.
     n_features_in_ : int
-        Number of task parameters: one, the angle.
+        Number of task parameters: as many as the workspace's tasks have.
 
     Notes
     -----
@@ -91,8 +92,9 @@ class ConditionedProMP(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type
 
         Parameters
         ----------
-        X : array-like of shape (n_tasks, 1)
-            Task angles (rad); at least two.
+        X : array-like of shape (n_tasks, n_task_params)
+            Tasks: angles (rad), and what else they have in units that weigh alike; at
+            least two.
         y : array-like of shape (n_tasks, n_params)
             Policies.
 
@@ -104,22 +106,20 @@ class ConditionedProMP(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type
         Raises
         ------
         ValueError
-            If a task is more than an angle, policies are not as wide as the DMP's, or
+            If tasks are not as wide as the workspace's or policies as the DMP's, or
             there are fewer than two.
         """
         X, y = validate_pairs(self, X, y)
         self._world = Workspace.free() if self.workspace is None else self.workspace
-        dmp = DMP() if self.dmp is None else self.dmp
         check_kind("workspace", self._world, Workspace)
+        dmp = self._world.dmp if self.dmp is None else self.dmp
         check_kind("dmp", dmp, DMP)
         check_number("end_time", self.end_time, 1e-3, 100.0)
-        if X.shape != (len(y), 1) or y.shape[1:] != (dmp.n_params,) or len(y) < 2:
-            raise ValueError(
-                f"X has shape {X.shape} and y {y.shape}; wanted (n_tasks, 1) and "
-                f"(n_tasks, {dmp.n_params}), at least two tasks"
-            )
+        check_fit(self._world, dmp, X, y)
+        if len(y) < 2:
+            raise ValueError(f"X has shape {X.shape}; wanted at least two tasks")
         whole = np.insert(y.reshape(len(y), 2, dmp.n_basis), 0, 1.0, axis=2)
-        weights = (self._ways(X)[:, :, None] * whole).reshape(len(y), -1)
+        weights = (find_ways(self._world, X)[:, :, None] * whole).reshape(len(y), -1)
         model = LedoitWolf().fit(weights)
         self.mean_, self.covariance_ = model.location_, model.covariance_
         alone = np.vstack([np.zeros(dmp.n_params), np.eye(dmp.n_params)])
@@ -130,19 +130,13 @@ class ConditionedProMP(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type
         self._conditions = np.kron(np.eye(2), [first, last])  # H
         return self
 
-    def _ways(self, X: Array) -> Array:
-        """Return from the start to the goals: (n_tasks, 2) metres."""
-        world = self._world
-        start = forward_kinematics(world.home, world.link_lengths)[-1]
-        return np.asarray(world.target(np.rad2deg(X[:, 0])) - start)
-
     def predict(self, X: Any, return_std: bool = False) -> Array | tuple[Array, Array]:
         """Predict the policies of tasks.
 
         Parameters
         ----------
-        X : array-like of shape (n_tasks, 1)
-            Task angles (rad).
+        X : array-like of shape (n_tasks, n_task_params)
+            Tasks: angles (rad), and what else they have in units that weigh alike.
         return_std : bool, default=False
             Whether to return standard deviations too.
 
@@ -154,7 +148,7 @@ class ConditionedProMP(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type
             Their standard deviations; only if `return_std`.
         """
         check_is_fitted(self)
-        ways = self._ways(validate_points(self, X, reset=False))
+        ways = find_ways(self._world, validate_points(self, X, reset=False))
         spread = self.covariance_ @ self._conditions.T  # S H'
         gain = spread @ np.linalg.inv(self._conditions @ spread)
         wanted = ways.repeat(2, axis=1)  # h: both conditions of x, then those of y

@@ -80,7 +80,7 @@ class TriedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: igno
         Parameters
         ----------
         X : array-like of shape (n_tasks, n_task_params)
-            Tasks; of a workspace one angle (rad).
+            Tasks; of a workspace the angle (rad), and all else that tasks have.
         y : array-like of shape (n_tasks, n_params)
             Policies.
 
