@@ -297,7 +297,7 @@ def _add_evaluate(commands: Commands) -> None:
     parser.add_argument(
         "--recheck",
         action="store_true",
-        help="try what only other code has made stale on some sets; keep it if it holds",
+        help="keep what is stale by its code alone, if some sets come out the same",
     )
     parser.set_defaults(run=_run_evaluate)
 

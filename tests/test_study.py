@@ -385,7 +385,9 @@ def test_what_only_other_code_has_made_stale_may_be_rechecked(tmp_path, monkeypa
         return really(work, calls, **options)
 
     monkeypatch.setattr("msc.study._study.call_in_order", call)
-    n_all = len([s for some in sets_of("CrKr", effort, drawn(effort)).values() for s in some])
+    n_all = len(
+        [s for some in sets_of("CrKr", effort, drawn(effort)).values() for s in some]
+    )
     n_first = len(sets_of("CrKr", effort, drawn(effort)))
     assert n_first < n_all
     Trials({**old.about, "code": "other"}, old.errors).write(path)

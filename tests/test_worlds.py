@@ -7,6 +7,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
+import pandas as pd
 import pytest
 import yaml
 from hypothesis import given, settings
@@ -45,9 +46,7 @@ from press import checksum
 ROOT = Path(__file__).parents[1]
 FOLDER = ROOT / "data" / "worlds"
 DRAWN = {world.name: world for world in draw_worlds(0)}
-SEARCHED = sorted(
-    path.stem.removesuffix("_test") for path in FOLDER.glob("*_test.csv")
-)
+SEARCHED = sorted(path.stem.removesuffix("_test") for path in FOLDER.glob("*_test.csv"))
 
 
 # Rules
@@ -114,7 +113,9 @@ def test_variants_differ_from_their_base_in_one_part():
 
 @pytest.mark.parametrize("name", ["layout", "lay01", "free", "free-fast", ""])
 def test_a_name_of_no_family_is_refused(name):
-    with pytest.raises(ValueError, match=rf"world='{name}' is of no family; wanted lay"):
+    with pytest.raises(
+        ValueError, match=rf"world='{name}' is of no family; wanted lay"
+    ):
         family_of(name)
 
 
@@ -251,9 +252,11 @@ def told(world, n_tasks, policy):
     if world.further:
         rng = np.random.default_rng(0)
         low, high = world.further[0][1:]
-        tasks = np.stack([rng.uniform(0, 360, n_tasks), rng.uniform(low, high, n_tasks)], 1)
-    table = {name: column for name, column in zip(world.task_names, tasks.T.reshape(-1, n_tasks), strict=True)}
-    frame = __import__("pandas").DataFrame(table)
+        tasks = np.stack(
+            [rng.uniform(0, 360, n_tasks), rng.uniform(low, high, n_tasks)], 1
+        )
+    columns = tasks.T.reshape(-1, n_tasks)
+    frame = pd.DataFrame(dict(zip(world.task_names, columns, strict=True)))
     points = np.deg2rad(tasks[:, None]) if tasks.ndim == 1 else tasks * [np.pi / 180, 1]
     policies = np.array([policy(task) for task in tasks])
     return SimpleNamespace(table=frame, tasks=points, policies=policies)
@@ -283,7 +286,9 @@ def test_a_leap_is_a_jump_and_what_is_steep_is_none(monkeypatch):
 
 def test_several_jumps_in_a_step_are_one_jump_at_least(monkeypatch):
     def policy(angle):
-        return [4.0 * sum(angle >= at for at in (50.7, 51.9, 53.1)) - 12 * (angle > 180)]
+        return [
+            4.0 * sum(angle >= at for at in (50.7, 51.9, 53.1)) - 12 * (angle > 180)
+        ]
 
     monkeypatch.setattr(msc.worlds._jumps, "search_policies", searching(policy))
     found = bisect_world(Workspace(name="layout01"), told(Workspace(), 72, policy))
@@ -314,7 +319,7 @@ def test_without_contact_both_engines_do_the_same():
     world = Workspace.free()
     found = search_policy(world, 200, seed=1, n_starts=1)
     data = SimpleNamespace(
-        table=__import__("pandas").DataFrame({"task_deg": [200.0]}),
+        table=pd.DataFrame({"task_deg": [200.0]}),
         policies=found.policy[None],
     )
     told = execute_elsewhere(world, data)

@@ -106,9 +106,7 @@ def find_jump_edges(policies: ArrayLike, edges: ArrayLike) -> NDArray[np.intp]:
     return np.flatnonzero(steps > max(5 * np.median(steps), 0.3 * spread))
 
 
-def find_pieces(
-    n_tasks: int, edges: ArrayLike, jumps: ArrayLike
-) -> NDArray[np.intp]:
+def find_pieces(n_tasks: int, edges: ArrayLike, jumps: ArrayLike) -> NDArray[np.intp]:
     """Tell which piece of the policies each task belongs to.
 
     Parameters

@@ -20,7 +20,6 @@ from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.integrate import solve_ivp
 
 from msc._checks import LARGEST, check_number, check_whole, to_floats
 
@@ -236,6 +235,8 @@ def check_policies(
 @lru_cache(maxsize=32)
 def _responses(dmp: DMP, times: tuple[float, ...]) -> tuple[_Array, _Array]:
     """Integrate the spring's response (n_times,) and the basis' (n_times, n_basis)."""
+    from scipy.integrate import solve_ivp  # noqa: PLC0415
+
     ascending = times and times[0] >= 0 and all(np.diff(times) > 0)
     if not ascending or not math.isfinite(times[-1]):
         raise ValueError("times: wanted ascending times, none before 0")

@@ -19,6 +19,7 @@ does.
   choices inside a skill
 - `measure_savings` and, above it, `time_searches`, `summarise_savings`,
   `break_even`: what predicting saves of searching
+- `measure_method`, `measure_plans`, `summarise_cell`: one fitted method; many
 - `audit_table`: evidence on a table of policies
 - `locate_cut`, `choose_layout`: what fixed the world's two free constants
 """
@@ -39,8 +40,8 @@ if TYPE_CHECKING:
     from msc.study._elbows import read_elbows
     from msc.study._gates import average_gates, compare_gates
     from msc.study._measure import execute_policies, measure_method
-    from msc.study._plans import measure_plans
     from msc.study._methods import METHODS, build_method, fit_methods
+    from msc.study._plans import measure_plans
     from msc.study._ranks import Ranks, critical_difference, rank_methods
     from msc.study._sampling import (
         TEST_SUBSETS,

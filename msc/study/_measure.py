@@ -38,7 +38,24 @@ def measure_method(
 ) -> dict[str, NDArray[Any]]:
     """Measure a fitted method in every way, one number a test task.
 
-    Returns those of `RAW`, and "mse, chart known" of the charts.
+    Parameters
+    ----------
+    name : str
+        What it is called.
+    method : estimator
+        The method.
+    workspace : Workspace
+        Where its policies are executed.
+    datasets : (Dataset, Dataset)
+        Grid and test tasks.
+    trained : ndarray of int
+        Which grid tasks it was fitted to.
+
+    Returns
+    -------
+    dict from str to ndarray of shape (n_test_tasks,)
+        "mse", "standardised mse", "error_cm", "excess_cost" and "touched"; of the
+        charts also "mse, chart known".
     """
     grid, test = datasets
     known = {}

@@ -18,16 +18,29 @@ def measure_plans(
 ) -> dict[str, NDArray[Any]]:
     """Measure a fitted planner, one number a test task, from before and behind it.
 
-    Its `plan` gives joint angles for `Arm.follow`. Returns "error_cm", "excess_cost"
-    and "touched", as `measure_method` does, but no errors of policies.
+    Parameters
+    ----------
+    method : estimator
+        The planner: its `plan` gives joint angles for `Arm.follow`.
+    workspace : Workspace
+        Where they are executed.
+    test : Dataset
+        Test tasks.
+
+    Returns
+    -------
+    dict from str to ndarray of shape (n_test_tasks,)
+        "error_cm", "excess_cost" and "touched", as of `measure_method`: there are no
+        policies to have errors.
     """
-    angles = test.table["task_deg"].tolist()
+    rows = test.table[list(workspace.task_names)].to_numpy()
+    angles: Any = rows if workspace.further else rows[:, 0]
     arm = cached_arm(workspace)
     sides = [
         arm.follow(method.plan(side), angles)
         for side in (test.tasks - SIDE, test.tasks + SIDE)
     ]
-    paid = [[cost(rollout) for rollout in side] for side in sides]
+    paid = [[cost(rollout, workspace.cost) for rollout in side] for side in sides]
     missed = [[100 * rollout.error for rollout in side] for side in sides]
     touched = [[rollout.touched for rollout in side] for side in sides]
     return {

@@ -190,6 +190,7 @@ def run_study(
     datasets = grid, test = load_dataset(world), load_dataset(f"{world}_test")
     sets = list_sets(effort, grid.tasks, seed)
     origin = partial(_about, world, effort, sets, profile=profile, seed=seed)
+    how: dict[str, Any] = {"jobs": jobs, "progress": progress}
     work = partial(_fit_and_test, world, datasets=datasets, seed=seed)
     for name in wanted:
         path = method_path(folder, world, name)
@@ -197,21 +198,18 @@ def run_study(
         if _agrees(kept, wanted_of):
             continue
         own = sets_of(name, effort, sets)
-        call = partial(call_in_order, work, jobs=jobs, progress=progress)
-
-        def try_on(some: Sets, word: str, name: str, about: dict[str, Any]) -> Trials:
-            calls = [(name, chosen) for drawn in some.values() for chosen in drawn]
-            found = call(calls, label=f"{name}, {world}{word}")
-            return _gather(some, found, about, len(test.tasks))
-
+        label = f"{name}, {world}"
         if recheck and kept and _agrees(kept, wanted_of, but=_OF_CODE):
             firsts = {key: drawn[:1] for key, drawn in own.items()}
-            again = try_on(firsts, ", rechecked", name, wanted_of)
-            if again.begins(kept):
+            calls = [(name, drawn[0]) for drawn in own.values()]
+            found = call_in_order(work, calls, label=f"{label}, rechecked", **how)
+            if _gather(firsts, found, wanted_of, len(test.tasks)).begins(kept):
                 told = {"failed": kept.about["failed"], "rechecked": len(firsts)}
                 Trials({**wanted_of, **told}, kept.errors).write(path)
                 continue
-        try_on(own, "", name, wanted_of).write(path)
+        calls = [(name, chosen) for drawn in own.values() for chosen in drawn]
+        found = call_in_order(work, calls, label=label, **how)
+        _gather(own, found, wanted_of, len(test.tasks)).write(path)
     known = read_trials(world, folder, profile=profile, seed=seed)
     return {
         "workspace": world,

@@ -93,8 +93,8 @@ FAMILIES = {
             12,
             72,
             60,
-            "layouts 1, 3, 5, …, with a price on contact: a newton-second costs as much "
-            "as one centimetre missed",
+            "layouts 1, 3, 5, …, with a price on contact: a newton-second costs as "
+            "much as one centimetre missed",
         ),
         Family("mujoco", 2, 72, 60, "layouts 1 and 2, in the other engine"),
         Family(
@@ -102,16 +102,16 @@ FAMILIES = {
             1,
             300,
             100,
-            "the first layout whose first obstacle can move 8 cm up and down, within the "
-            "rules; goals as in the annulus",
+            "the first layout whose first obstacle can move 8 cm up and down, within "
+            "the rules; goals as in the annulus",
         ),
         Family(
             "turn",
             1,
             300,
             100,
-            "the first layout that stays clear of the arm when its home is turned by 10 "
-            "degrees either way; goals as in the annulus",
+            "the first layout that stays clear of the arm when its home is turned by "
+            "10 degrees either way; goals as in the annulus",
         ),
         Family(
             "variant",
@@ -152,7 +152,9 @@ def family_of(name: str) -> Family:
         return FAMILIES["variant"]
     found = FAMILIES.get(name.rstrip("0123456789"))
     if found is None or not name[-1:].isdigit():
-        raise ValueError(f"world={name!r} is of no family; wanted {', '.join(FAMILIES)}")
+        raise ValueError(
+            f"world={name!r} is of no family; wanted {', '.join(FAMILIES)}"
+        )
     return found
 
 

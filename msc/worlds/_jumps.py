@@ -73,7 +73,11 @@ def locate_jumps(
     """
     left = [name for name in names if not (out / f"jumps_{name}.json").is_file()]
     calls = [
-        (read_world(folder / f"{name}.toml"), load_dataset(folder / f"{name}.csv"), seed)
+        (
+            read_world(folder / f"{name}.toml"),
+            load_dataset(folder / f"{name}.csv"),
+            seed,
+        )
         for name in left
     ]
     bar = tqdm(desc="jumps", total=len(left), unit="world", disable=not progress)

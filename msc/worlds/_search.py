@@ -13,7 +13,14 @@ from tqdm import tqdm
 from msc._parallel import open_workers
 from msc.data import read_package, save_table
 from msc.robot import LINK_RADIUS, Workspace, read_world
-from msc.search import SearchOptions, SweepPlan, draw_tasks, grid, identify_code, search_tasks
+from msc.search import (
+    SearchOptions,
+    SweepPlan,
+    draw_tasks,
+    grid,
+    identify_code,
+    search_tasks,
+)
 from msc.worlds._draw import FAMILIES, family_of
 from press import checksum
 
@@ -158,7 +165,9 @@ def _search_both(
     """Search training tasks, then, guided by them, test tasks, in a worker."""
     train, test = tasks
     names = _journal(folder, world.name), _journal(folder, f"{world.name}_test")
-    known = search_tasks(SweepPlan(world, train, seed, options=OPTIONS), journal=names[0])
+    known = search_tasks(
+        SweepPlan(world, train, seed, options=OPTIONS), journal=names[0]
+    )
     guide = tuple(zip(train, _policies(known), strict=True))
     plan = SweepPlan(world, test, seed, guide=guide, options=OPTIONS)
     return known, search_tasks(plan, journal=names[1])

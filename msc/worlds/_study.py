@@ -23,7 +23,6 @@ from msc.robot import Workspace, read_world
 from msc.search import coordinates, identify_code
 from msc.study import (
     METHODS,
-    build_method,
     draw_samples,
     fit_methods,
     format_study,

@@ -179,7 +179,11 @@ def judge_worlds(folder: Path, results: Path) -> dict[str, Any]:
         }
         for one in questions
     }
-    return {"worlds": worlds, "families": families, "payoff": _payoff(worlds, questions)}
+    return {
+        "worlds": worlds,
+        "families": families,
+        "payoff": _payoff(worlds, questions),
+    }
 
 
 @dataclass(frozen=True)
@@ -382,7 +386,7 @@ def _payoff(
     worlds: Mapping[str, Any], questions: Iterable[Question]
 ) -> dict[str, dict[str, float]]:
     """Correlate ranks of ratios and of jump sizes, over layouts."""
-    told = {}
+    told: dict[str, Any] = {}
     layouts = [one for one in worlds.values() if one["family"] == "layout"]
     for asked in questions:
         if asked.predicate != "below" or len(layouts) < 4:
@@ -391,6 +395,7 @@ def _payoff(
         found = spearmanr([one["size"] for one in layouts], values)
         n, rho = len(layouts), float(found.statistic)
         half = 1.96 * np.sqrt((1 + rho**2 / 2) / (n - 3))  # Bonett and Wright, 2000
-        low, high = np.tanh(np.arctanh(min(max(rho, -0.999), 0.999)) + [-half, half])
+        centre = np.arctanh(min(max(rho, -0.999), 0.999))
+        low, high = np.tanh(centre - half), np.tanh(centre + half)
         told[asked.id] = Estimate(rho, float(low), float(high)).stored("rho")
-    return told  # type: ignore[return-value]
+    return told
