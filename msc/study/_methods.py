@@ -64,7 +64,9 @@ class Method:
 def _projected(to: Setting) -> Any:
     """Wrap the method that the name begins with."""
     base = to.name.removesuffix(", projected")
-    return GoalProjected(METHODS[base].build(replace(to, name=base)))
+    dmp, end_time = to.workspace.dmp, to.workspace.physics.duration
+    method = METHODS[base].build(replace(to, name=base))
+    return GoalProjected(method, dmp, end_time=end_time)
 
 
 def _practising(name: str) -> Callable[[Setting], Any]:
