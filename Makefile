@@ -26,7 +26,7 @@ LAB_KEYS := $(addprefix metadata.language_info.,codemirror_mode file_extension m
 
 quoted = '$(subst ','\'',$1)'# a path in a command, whatever it holds
 
-.PHONY: help env book release pdf twice test test-browser test-slow lint serve lab hooks data results savings bench lock clean
+.PHONY: help env book release pdf twice test test-browser test-slow lint serve lab hooks data results savings worlds bench lock clean
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-12s %s\n", $$1, $$2 }' Makefile
@@ -100,6 +100,11 @@ results: $(STAMP) ## compare all methods again and judge the claims (takes its t
 
 savings: $(STAMP) ## search from what methods predict, and from scratch (about an hour)
 	$(BIN) -m msc savings --jobs $(JOBS)
+
+worlds: $(STAMP) ## draw, search and study many worlds, resuming (ten core-hours and more)
+	for step in make search jumps study engines judge; do \
+		$(ONE_THREAD) $(BIN) -m msc worlds $$step --jobs $(JOBS); \
+	done
 
 bench: $(STAMP) ## measure the speed of each part against a reference, and of all methods
 	@$(BIN) benchmarks/bench.py

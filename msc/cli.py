@@ -13,6 +13,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 import msc.claims
 import msc.plots
 import msc.robot
@@ -20,7 +22,16 @@ import msc.search
 import msc.study
 import msc.worlds
 from msc._parallel import WorkersLost
-from msc.data import find_table, load_dataset, read_package, save_table
+from msc.data import (
+    Dataset,
+    find_neighbors,
+    find_table,
+    find_world,
+    load_dataset,
+    read_package,
+    save_table,
+)
+from msc.robot import Workspace
 from press import (
     BOOK_COMMANDS,
     Commands,
@@ -113,9 +124,12 @@ def _add_options(parser: argparse.ArgumentParser) -> None:
 def _add_search(commands: Commands) -> None:
     """Declare `msc search`."""
     parser = commands.add_parser("search", help="search the policies of many tasks")
-    parser.add_argument("--workspace", default="free", help="free (default), obstacles")
+    _add_workspace(parser)
     parser.add_argument("--tasks", type=int, default=72, help="how many (72)")
     parser.add_argument("--offset", type=float, default=0.0, help="first angle (0)")
+    parser.add_argument(
+        "--skip", type=int, default=0, help="tasks of several numbers left out (0)"
+    )
     parser.add_argument("--guide", type=Path, help="a table: neighbours to start from")
     add_seed(parser)
     add_jobs(parser)
@@ -129,14 +143,27 @@ def _add_search(commands: Commands) -> None:
 
 def _run_search(options: argparse.Namespace) -> None:
     """Search and write a table; go on where an interrupted search stopped."""
-    guide: tuple[tuple[float, tuple[float, ...]], ...] = ()
+    world = find_world(options.workspace)
+    guide: tuple[tuple[Any, tuple[float, ...]], ...] = ()
     if options.guide:
         known = load_dataset(options.guide)
         policies = map(tuple, known.policies.tolist())
-        guide = tuple(zip(known.task_deg.tolist(), policies, strict=True))
+        guide = tuple(zip(_tasks_of(world, known), policies, strict=True))
+    given = {"--offset": options.offset, "--skip": options.skip}
+    needless = "--offset" if world.further else "--skip"
+    if given[needless]:
+        raise ValueError(
+            f"{needless}={given[needless]}: tasks of {world.name!r} have "
+            f"{' and '.join(world.task_names)}; wanted none"
+        )
+    tasks: tuple[Any, ...]
+    if world.further:
+        tasks = msc.search.draw_tasks(world, options.tasks, skip=options.skip)
+    else:
+        tasks = msc.search.grid(options.tasks, options.offset)
     plan = msc.search.SweepPlan(
-        msc.robot.Workspace.named(options.workspace),
-        msc.search.grid(options.tasks, options.offset),
+        world,
+        tasks,
         options.seed,
         guide=guide,
         options=msc.search.SearchOptions.parse(options.set),
@@ -162,9 +189,12 @@ def _run_search(options: argparse.Namespace) -> None:
     if options.guide:
         is_named = find_table(options.guide) != options.guide
         guided = f" --guide {'' if is_named else 'data/'}{options.guide.name}"
+    place = f"--offset {options.offset:.17g}"
+    if world.further:
+        place = f"--skip {options.skip}"
     command = (
         f"msc search --workspace {options.workspace} --tasks {options.tasks}"
-        f" --offset {options.offset:.17g} --seed {options.seed}"
+        f" {place} --seed {options.seed}"
         + guided
         + "".join(f" --set {changed}" for changed in plan.options.changed)
         + f" --out data/{out.name}"
@@ -176,12 +206,31 @@ def _run_search(options: argparse.Namespace) -> None:
     )
 
 
+def _add_workspace(parser: argparse.ArgumentParser) -> None:
+    """Declare in which world."""
+    about = "free (default), obstacles, a world of data/worlds, or a .toml file"
+    parser.add_argument("--workspace", metavar="WORLD", default="free", help=about)
+
+
+def _tasks_of(world: Workspace, data: Dataset) -> list[Any]:
+    """Return a table's tasks in a world: angles (degrees), or rows of numbers."""
+    if missing := [name for name in world.task_names if name not in data.table]:
+        raise ValueError(
+            f"workspace={world.name!r}: the table lacks {', '.join(missing)}; wanted "
+            "one of this world"
+        )
+    rows: list[Any] = data.table[list(world.task_names)].to_numpy().tolist()
+    return [tuple(row) for row in rows] if world.further else [row[0] for row in rows]
+
+
 def _add_audit(commands: Commands) -> None:
     """Declare `msc audit`."""
     parser = commands.add_parser("audit", help="examine a table of policies")
     parser.add_argument("table", type=Path, help="a .csv file, as data/free.csv")
     parser.add_argument(
-        "--workspace", help="free, obstacles; by default as the data package has it"
+        "--workspace",
+        metavar="WORLD",
+        help="where it was searched; by default as the data package has it",
     )
     parser.add_argument(
         "--sample", type=int, default=36, help="tasks searched again (36)"
@@ -250,8 +299,14 @@ def _run_survey(options: argparse.Namespace) -> None:
 def _add_render(commands: Commands) -> None:
     """Declare `msc render`."""
     parser = commands.add_parser("render", help="draw a movement of the arm")
-    parser.add_argument("--workspace", default="free", help="free (default), obstacles")
-    parser.add_argument("--task", type=float, required=True, help="task angle, degrees")
+    _add_workspace(parser)
+    parser.add_argument(
+        "--task",
+        type=float,
+        nargs="+",
+        required=True,
+        help="task angle, degrees; and whatever else a task of the world has",
+    )
     parser.add_argument(
         "--policy",
         type=float,
@@ -269,19 +324,33 @@ def _run_render(options: argparse.Namespace) -> None:
     out: Path = options.out
     msc.plots.check_suffix(out)
     check_output(out, out.suffix)
-    world = msc.robot.Workspace.named(options.workspace)
-    target = world.target(options.task)
+    world = find_world(options.workspace)
+    n_numbers = len(world.task_names)
+    if len(options.task) != n_numbers:
+        raise ValueError(
+            f"--task has {len(options.task)} numbers; wanted "
+            f"{' and '.join(world.task_names)}"
+        )
+    task: Any = tuple(options.task) if world.further else options.task[0]
     policy, origin = options.policy, "the given policy"
     if policy is None:
-        _, policies, table = load_dataset(options.workspace)
-        gaps = (table["task_deg"] - options.task + 180) % 360 - 180
-        nearest = int(gaps.abs().argmin())
-        policy = policies[nearest]
-        origin = f"the policy searched for {table['task_deg'][nearest]:g}°"
+        policy, origin = _nearest_policy(world, options.workspace, task)
     with msc.robot.Arm(world) as arm:
-        rollout = arm.execute(policy, options.task)
-    msc.plots.render(world, rollout, target, out)
+        rollout = arm.execute(policy, task)
+    msc.plots.render(world.at(task), rollout, world.target(task), out)
     print(f"{out}: {origin} ends {100 * rollout.error:.2f} cm from the target")
+
+
+def _nearest_policy(world: Workspace, name: str, task: Any) -> tuple[Any, str]:
+    """Return the searched policy of the nearest task, and what it is."""
+    table = Path(name)
+    data = load_dataset(table.with_suffix(".csv") if table.suffix else name)
+    tasks = _tasks_of(world, data)
+    points, query = (msc.search.coordinates(world, one) for one in (tasks, [task]))
+    nearest = int(find_neighbors(points, query, 1)[0, 0])
+    told = ", ".join(f"{number:g}" for number in np.atleast_1d(tasks[nearest])[1:])
+    origin = f"the policy searched for {data.task_deg[nearest]:g}°"
+    return data.policies[nearest], f"{origin}, {told}" if told else origin
 
 
 def _add_evaluate(commands: Commands) -> None:

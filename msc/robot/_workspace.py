@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -471,6 +471,37 @@ class Workspace:
                 f"workspace={name!r} is unknown; wanted 'free' or 'obstacles'"
             )
         return cls.free() if name == "free" else cls.obstacles()
+
+    def at(self, task_deg: ArrayLike) -> Workspace:
+        """Return the workspace of one task: its goals, home and obstacles fixed.
+
+        Parameters
+        ----------
+        task_deg : float or array_like of shape (n_numbers,)
+            A task, as for `target`.
+
+        Returns
+        -------
+        Workspace
+            One whose tasks have but their angle: itself, if it is such.
+
+        Examples
+        --------
+        >>> world = Workspace(further=(TaskRange("radius_m", 0.3, 0.45),))
+        >>> world.at([90.0, 0.4]).goal_radius
+        0.4
+        """
+        if not self.further:
+            return self
+        home, circles = self.home_of(task_deg), self.circles_of(task_deg)
+        radius = self._numbers(task_deg).get("radius_m", self.goal_radius)
+        return replace(
+            self,
+            further=(),
+            goal_radius=float(radius),
+            home=tuple(home.tolist()),
+            circles=tuple(Circle(*row) for row in circles.tolist()),
+        )
 
     def target(self, task_deg: ArrayLike) -> NDArray[np.float64]:
         """Place the goal of a task.

@@ -18,6 +18,7 @@ from msc.data import (
     describe_origin,
     find_jumps,
     find_table,
+    find_world,
     load_dataset,
     read_package,
 )
@@ -55,9 +56,9 @@ def audit_table(
     ----------
     path : str or Path
         The table, or a name that `load_dataset` knows.
-    workspace : {"free", "obstacles"}, optional
-        Where its policies were searched; by default as the data package beside it has
-        it.
+    workspace : str, optional
+        Where its policies were searched, as `find_world` knows it; by default as the
+        data package beside it has it.
     n_sample : int, default=36
         Tasks to search again, drawn at random.
     seed : int, default=1
@@ -78,7 +79,8 @@ def audit_table(
         the stored one, and how many are more than 0.5 % cheaper; under "jumps", for
         each step that `find_jumps` points to on the closed circle, its ends in the
         table and those closed in on (degrees), the size of the step at each halving,
-        and whether it is a jump: still there at 1/8 degree or less.
+        and whether it is a jump: still there at 1/8 degree or less. Tasks of several
+        numbers have no such steps, and no "jumps".
 
     Raises
     ------
@@ -88,7 +90,7 @@ def audit_table(
     """
     data, path = load_dataset(path), find_table(path)
     options = options or SearchOptions()
-    where = Workspace.named(_find_workspace(path, workspace))
+    where = find_world(_find_workspace(path, workspace))
     if not 1 <= n_sample <= len(data.table):
         raise ValueError(f"sample={n_sample}; wanted from 1 to {len(data.table)} tasks")
     if seed in set(data.table["seed"]):
@@ -100,7 +102,7 @@ def audit_table(
     sample = data.table.iloc[np.sort(drawn)]
     search = partial(search_policy, seed=seed, options=options)
     call = partial(call_in_order, jobs=jobs, progress=progress)
-    return {
+    found = {
         "table": path.name,
         "workspace": where.name,
         "n_tasks": len(data.table),
@@ -108,8 +110,10 @@ def audit_table(
         "provenance": describe_origin(command, path),
         "executed": _execute_again(where, data),
         "searched": _search_again(where, sample, seed, options, call),
-        "jumps": _bisect_jumps(where, data, search, call),
     }
+    if not where.further:
+        found["jumps"] = _bisect_jumps(where, data, search, call)
+    return found
 
 
 def _find_workspace(path: Path, given: str | None) -> str:
@@ -123,7 +127,7 @@ def _find_workspace(path: Path, given: str | None) -> str:
     if given is None and recorded is None:
         raise ValueError(
             f"{path.name}: no data package beside it tells its workspace; wanted "
-            "--workspace free or obstacles"
+            "--workspace, as free, obstacles or a .toml file"
         )
     if given is not None and recorded is not None and given != recorded:
         raise ValueError(
@@ -136,12 +140,19 @@ def _find_workspace(path: Path, given: str | None) -> str:
 def _execute_again(workspace: Workspace, data: Dataset) -> dict[str, Any]:
     """Execute all policies and compare the final distances with the stored ones."""
     with Arm(workspace) as arm:
-        rollouts = arm.execute_many(data.policies, data.task_deg.tolist())
+        tasks: Any = _tasks_of(workspace, data.table)
+        rollouts = arm.execute_many(data.policies, tasks)
     changes = [rollout.error for rollout in rollouts] - data.table["distance_m"]
     return {
         "identical": int((changes == 0).sum()),
         "largest_difference_m": float(changes.abs().max()),
     }
+
+
+def _tasks_of(workspace: Workspace, table: pd.DataFrame) -> list[Any]:
+    """Return the tasks of a table: angles, or rows of numbers."""
+    rows: list[Any] = table[list(workspace.task_names)].to_numpy().tolist()
+    return rows if workspace.further else [angle for (angle,) in rows]
 
 
 def _search_again(
@@ -152,7 +163,7 @@ def _search_again(
     call: _Call,
 ) -> dict[str, Any]:
     """Search tasks from scratch and compare the costs with the stored ones."""
-    tasks = sample["task_deg"].to_list()
+    tasks = _tasks_of(workspace, sample)
     shares = [tasks[k : k + N_PARALLEL] for k in range(0, len(tasks), N_PARALLEL)]
     search = partial(search_policies, seed=seed, n_starts=N_STARTS, options=options)
     found = call(
