@@ -57,14 +57,14 @@ class Trials:
         replace_file(path, memory.getvalue())
 
     def begins(self, others: Trials) -> bool:
-        """Whether others have the same errors on their first sets, to the bit kept."""
-        return self.errors.keys() == others.errors.keys() and all(
+        """Whether all errors of others begin with these, to the bit that is kept."""
+        return others.errors.keys() <= self.errors.keys() and all(
             np.array_equal(
-                _shorten(errors),
-                others.errors[key][: len(errors)],
+                _shorten(self.errors[key]),
+                errors[: len(self.errors[key])],
                 equal_nan=errors.dtype.kind == "f",
             )
-            for key, errors in self.errors.items()
+            for key, errors in others.errors.items()
         )
 
     @classmethod
