@@ -268,7 +268,7 @@ def _run_audit(options: argparse.Namespace) -> None:
         f"cheaper by more than {msc.study.COST_TOLERANCE:.1%}, at most "
         f"{max(0.0, -min(searched['change_of_cost'])):.2%}"
     )
-    for jump in found["jumps"]:
+    for jump in found.get("jumps", []):  # tasks on a circle have some
         low, high = jump["located_deg"]
         verdict = "jump" if jump["is_jump"] else "no jump"
         print(f"{verdict} between {low:.10g} and {high:.10g} degrees")

@@ -17,6 +17,7 @@ import msc.worlds._jumps
 import msc.worlds._search
 from msc import Workspace
 from msc.claims import load_claims
+from msc.cli import main
 from msc.data import load_dataset, read_package
 from msc.robot import (
     Arm,
@@ -347,3 +348,77 @@ def test_verdicts_are_those_of_what_is_committed():
 
     found = judge_worlds(FOLDER, path.parent)
     assert json.loads(json.dumps(found)) == json.loads(path.read_text("utf-8"))
+
+
+# One's own, by command
+
+MINE = """
+name = "mine"
+[tasks]
+radius = [0.3, 0.45]
+"""
+
+
+@pytest.fixture
+def mine(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    Path("mine.toml").write_text(MINE, "utf-8")
+    return ["--workspace", "mine.toml"]
+
+
+def run(*words):
+    return main([str(word) for word in words])
+
+
+def test_one_s_own_world_is_searched_audited_and_drawn(mine, capsys):
+    brief = ["--set", "max_evaluations=20", "--set", "max_sweeps=0"]
+    assert run("search", *mine, "--tasks", 5, *brief, "--out", "mine.csv") == 0
+    tasks, _, table = load_dataset("mine.csv")
+    assert tasks.shape == (5, 2)
+    np.testing.assert_array_equal(np.rad2deg(tasks[:, 0]).round(3), table["task_deg"])
+    np.testing.assert_array_equal(tasks[:, 1], table["radius_m"])
+    (resource,) = read_package(Path())["resources"]
+    assert " --tasks 5 --skip 0 " in resource["command"]
+    how = ["--skip", 5, "--guide", "mine.csv", *brief, "--out", "more.csv"]
+    assert run("search", *mine, "--tasks", 2, *how) == 0
+    more = load_dataset("more.csv")
+    assert not {*more.task_deg} & {*table["task_deg"]}
+    assert (
+        run("audit", "mine.csv", *mine, "--sample", 1, *brief, "--out", "a.json") == 0
+    )
+    audit = json.loads(Path("a.json").read_text("utf-8"))
+    assert audit["executed"]["identical"] == 5
+    assert "jumps" not in audit
+    assert run("render", *mine, "--task", 120, 0.4, "--out", "a.png") == 0
+    assert "the policy searched for" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (["render", "--task", "120", "--out", "a.png"], "--task has 1 numbers; wanted"),
+        (
+            ["search", "--offset", "3", "--out", "a.csv"],
+            "--offset=3.0: tasks of 'mine'",
+        ),
+        (["search", "--guide", "free", "--out", "a.csv"], "the table lacks radius_m"),
+        (["render", "--task", "1", "9", "--out", "a.png"], "mine.csv' is not there"),
+    ],
+)
+def test_what_does_not_fit_one_s_world_is_told(mine, words, message, capsys):
+    assert run(words[0], *mine, *words[1:]) == 2
+    assert message in capsys.readouterr().err
+    assert [path.name for path in Path().iterdir()] == ["mine.toml"]
+
+
+def test_tasks_of_one_number_are_not_skipped(capsys, tmp_path):
+    out = tmp_path / "a.csv"
+    assert run("search", "--skip", 3, "--tasks", 4, "--out", out) == 2
+    assert "--skip=3: tasks of 'free' have task_deg" in capsys.readouterr().err
+
+
+def test_worlds_are_made_and_searched_by_command(small, capsys):
+    assert run("worlds", "search", "layout01", "--folder", small) == 0
+    assert (small / "layout01_test.csv").is_file()
+    assert run("worlds", "search", "layout77", "--folder", small) == 2
+    assert "layout77.toml: cannot be read" in capsys.readouterr().err
