@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from msc._parallel import open_workers
 from msc.data import (
     Dataset,
     describe_origin,
@@ -28,7 +27,8 @@ from msc.data import (
     task_edges,
 )
 from msc.robot import Workspace, read_world
-from msc.search import identify_code, search_policies
+from msc.search import search_policies
+from msc.worlds._each import do_each
 from press import write_json
 
 N_HALVINGS = 6  # of a step of five degrees: to less than 1/8
@@ -81,14 +81,15 @@ def locate_jumps(
         for name in left
     ]
     bar = tqdm(desc="jumps", total=len(left), unit="world", disable=not progress)
-    with bar, open_workers(jobs, dask, code=identify_code) as run:
-        for number, found in run(bisect_world, calls):
-            name = left[number]
-            tables = [folder / f"{name}{end}" for end in (".csv", ".toml")]
-            origin = describe_origin(f"msc worlds jumps {name} --seed {seed}", *tables)
-            told = {"world": name, "seed": seed, "provenance": origin, **found}
-            write_json(out / f"jumps_{name}.json", told)
-            bar.update()
+
+    def keep(number: int, found: dict[str, Any]) -> None:
+        name = left[number]
+        tables = [folder / f"{name}{end}" for end in (".csv", ".toml")]
+        origin = describe_origin(f"msc worlds jumps {name} --seed {seed}", *tables)
+        told = {"world": name, "seed": seed, "provenance": origin, **found}
+        write_json(out / f"jumps_{name}.json", told)
+
+    do_each(bisect_world, calls, keep, bar, jobs=jobs, dask=dask)
     return left
 
 

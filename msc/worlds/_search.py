@@ -10,7 +10,6 @@ import numpy as np
 import pandas as pd
 from tqdm import tqdm
 
-from msc._parallel import open_workers
 from msc.data import read_package, save_table
 from msc.robot import LINK_RADIUS, Workspace, read_world
 from msc.search import (
@@ -18,10 +17,10 @@ from msc.search import (
     SweepPlan,
     draw_tasks,
     grid,
-    identify_code,
     search_tasks,
 )
 from msc.worlds._draw import FAMILIES, family_of
+from msc.worlds._each import do_each
 from press import checksum
 
 OPTIONS = SearchOptions(apart=0.3)  # tasks five degrees apart share less than near ones
@@ -150,12 +149,13 @@ def search_worlds(
         unit="task",
         disable=not progress,
     )
-    with bar, open_workers(jobs, dask, code=identify_code) as run:
-        for number, (train, test) in run(_search_both, calls):
-            name = left[number]
-            _save(folder, name, seed, train, test)
-            bar.update(sizes[name])
-            bar.set_postfix_str(name)
+
+    def keep(number: int, found: tuple[pd.DataFrame, pd.DataFrame]) -> None:
+        _save(folder, left[number], seed, *found)
+        bar.set_postfix_str(left[number], refresh=False)
+
+    paid = [sizes[name] for name in left]
+    do_each(_search_both, calls, keep, bar, sizes=paid, jobs=jobs, dask=dask)
     return left
 
 

@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 from tqdm import tqdm
 
-from msc._parallel import open_workers
 from msc.data import (
     Dataset,
     describe_origin,
@@ -20,7 +19,7 @@ from msc.data import (
     task_edges,
 )
 from msc.robot import Workspace, read_world
-from msc.search import coordinates, identify_code
+from msc.search import coordinates
 from msc.study import (
     METHODS,
     draw_samples,
@@ -30,6 +29,7 @@ from msc.study import (
     measure_plans,
     summarise_cell,
 )
+from msc.worlds._each import do_each
 from press import replace_file
 
 SIZES = (12, 24, 50)
@@ -104,16 +104,17 @@ def study_worlds(
         for name in left
     ]
     bar = tqdm(desc="study", total=len(left), unit="world", disable=not progress)
-    with bar, open_workers(jobs, dask, code=identify_code) as run:
-        for number, found in run(study_world, calls):
-            name = left[number]
-            tables = [folder / f"{name}{end}" for end in (".csv", "_test.csv", ".toml")]
-            origin = describe_origin(f"msc worlds study {name} --seed {seed}", *tables)
-            versions = {one: metadata.version(one) for one in _VERSIONS}
-            told = {"world": name, "seed": seed, "provenance": origin, **found}
-            told["provenance"] |= {"versions": versions}
-            replace_file(out / f"{name}.json", format_study(told))
-            bar.update()
+
+    def keep(number: int, found: dict[str, Any]) -> None:
+        name = left[number]
+        tables = [folder / f"{name}{end}" for end in (".csv", "_test.csv", ".toml")]
+        origin = describe_origin(f"msc worlds study {name} --seed {seed}", *tables)
+        versions = {one: metadata.version(one) for one in _VERSIONS}
+        origin |= {"versions": versions}
+        told = {"world": name, "seed": seed, "provenance": origin, **found}
+        replace_file(out / f"{name}.json", format_study(told))
+
+    do_each(study_world, calls, keep, bar, jobs=jobs, dask=dask)
     return left
 
 

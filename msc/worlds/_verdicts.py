@@ -235,12 +235,16 @@ def _answer(asked: Question, parts: Sequence[_Part]) -> dict[str, Any]:
     """Answer a question in a world: of several numbers the least favourable decides."""
     if not parts:
         return {"answer": NOT_ASKED}
-    answers = [_judge(asked, part.estimate) for part in parts]
+    answer = _joined([_judge(asked, part.estimate) for part in parts])
     worst = max(parts, key=lambda part: _distance(asked, part.estimate.value))
-    answer = FAILS if FAILS in answers else CANNOT_TELL
-    if set(answers) == {HOLDS}:
-        answer = HOLDS
     return {"answer": answer, **worst.estimate.stored("value")}
+
+
+def _joined(answers: Sequence[str]) -> str:
+    """Join answers: one that fails decides, and all have to hold."""
+    if FAILS in answers:
+        return FAILS
+    return HOLDS if set(answers) == {HOLDS} else CANNOT_TELL
 
 
 def _distance(asked: Question, value: float) -> float:
@@ -293,10 +297,7 @@ def _over_worlds(asked: Question, worlds: Sequence[list[_Part]]) -> dict[str, An
         _mean_ratio([parts[k] for parts in worlds], n_looks=n_parts)
         for k in range(n_parts)
     ]
-    answers = [_judge(asked, mean) for mean in means]
-    answer = FAILS if FAILS in answers else CANNOT_TELL
-    if set(answers) == {HOLDS}:
-        answer = HOLDS
+    answer = _joined([_judge(asked, mean) for mean in means])
     worst = max(means, key=lambda mean: mean.value)
     return {"answer": answer, **worst.stored("value"), **told}
 

@@ -1,0 +1,31 @@
+"""The same done to many worlds: in parallel, each kept as soon as it is done."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+from tqdm import tqdm
+
+from msc._parallel import open_workers
+from msc.search import identify_code
+
+
+def do_each(
+    function: Callable[..., Any],
+    calls: Sequence[tuple[Any, ...]],
+    keep: Callable[[int, Any], object],
+    bar: tqdm[Any],
+    *,
+    sizes: Sequence[int] | None = None,
+    jobs: int = 1,
+    dask: str | None = None,
+) -> None:
+    """Call a function for each world, and keep what it gives, by the call's number.
+
+    A world moves the bar by its size, by default by one.
+    """
+    with bar, open_workers(jobs, dask, code=identify_code) as run:
+        for number, found in run(function, calls):
+            keep(number, found)
+            bar.update(1 if sizes is None else sizes[number])
