@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from msc.data._tables import (
         COLUMNS,
         WEIGHTS,
+        WORLDS,
         Dataset,
         describe_origin,
         find_data,

@@ -335,7 +335,7 @@ def plot_engines(engines: Mapping[str, Any]) -> Figure:
     """
     worlds = engines["worlds"].values()
     apart, ratio, met = (
-        np.concatenate([np.asarray(take(one), dtype=float) for one in worlds])
+        np.concatenate([np.array([*take(one)], dtype=float) for one in worlds])
         for take in (
             lambda one: one["joints_rad"],
             lambda one: np.divide(one["cost_elsewhere"], one["cost"]),

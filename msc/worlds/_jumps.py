@@ -18,6 +18,7 @@ from tqdm import tqdm
 
 from msc._parallel import open_workers
 from msc.data import (
+    WORLDS,
     Dataset,
     describe_origin,
     find_jump_edges,
@@ -86,6 +87,7 @@ def locate_jumps(
             name = left[number]
             tables = [folder / f"{name}{end}" for end in (".csv", ".toml")]
             origin = describe_origin(f"msc worlds jumps {name} --seed {seed}", *tables)
+            origin["data"] = {f"{WORLDS}/{k}": v for k, v in origin["data"].items()}
             told = {"world": name, "seed": seed, "provenance": origin, **found}
             write_json(out / f"jumps_{name}.json", told)
             bar.update()

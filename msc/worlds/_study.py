@@ -13,6 +13,7 @@ from tqdm import tqdm
 
 from msc._parallel import open_workers
 from msc.data import (
+    WORLDS,
     Dataset,
     describe_origin,
     find_jump_edges,
@@ -109,6 +110,7 @@ def study_worlds(
             name = left[number]
             tables = [folder / f"{name}{end}" for end in (".csv", "_test.csv", ".toml")]
             origin = describe_origin(f"msc worlds study {name} --seed {seed}", *tables)
+            origin["data"] = {f"{WORLDS}/{k}": v for k, v in origin["data"].items()}
             versions = {one: metadata.version(one) for one in _VERSIONS}
             told = {"world": name, "seed": seed, "provenance": origin, **found}
             told["provenance"] |= {"versions": versions}
