@@ -541,11 +541,18 @@ def describe_origin(command: str, *tables: Path) -> dict[str, Any]:
     command : str
         The command line.
     *tables : Path
-        The tables that it rests on.
+        The tables that it rests on, in the folder of the data or that of worlds in it.
 
     Returns
     -------
     dict
         The command, and under ``"data"`` the tables' checksums by name.
     """
-    return {"command": command, "data": {one.name: checksum(one) for one in tables}}
+    of_world = f"{WORLDS}/"
+    return {
+        "command": command,
+        "data": {
+            f"{of_world if one.parent.name == WORLDS else ''}{one.name}": checksum(one)
+            for one in tables
+        },
+    }

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.stats import binomtest, norm, spearmanr, t
 
 from msc.data import load_dataset, step_sizes
-from msc.estimates import Average, Estimate, quotient
+from msc.estimates import Average, Estimate, quotient, six_digits
 from msc.robot import read_world
 from msc.study import find_cell
 from msc.worlds._draw import family_of
@@ -284,14 +284,17 @@ def _over_worlds(asked: Question, worlds: Sequence[list[_Part]]) -> dict[str, An
     n_holds = answers.count(HOLDS)
     share = binomtest(n_holds, len(answers)).proportion_ci(method="wilson")
     told: dict[str, Any] = {one: answers.count(one) for one in ANSWERS[:3]}
-    told |= {"share": n_holds / len(answers)}
-    told |= {"share_low": round(share.low, 6), "share_high": round(share.high, 6)}
+    bounds = {"share_low": share.low, "share_high": share.high}
+    told |= {"share": six_digits(n_holds / len(answers))}
+    told |= {name: six_digits(float(bound)) for name, bound in bounds.items()}
     if asked.measure == "jumps":  # a claim of all worlds: one decides
         counts = [parts[0].estimate.value for parts in worlds]
         mean = Estimate(float(np.mean(counts)), *resample(np.array(counts)))
         decided = {(True, False): HOLDS, (False, True): FAILS}
         key = share.low > 0.5, share.high < 0.5
         return {"answer": decided.get(key, CANNOT_TELL), **mean.stored("value"), **told}
+    if len(worlds) == 1:  # it tells of no other
+        return {**_answer(asked, worlds[0]), **told}
     n_parts = len(worlds[0])
     means = [
         _mean_ratio([parts[k] for parts in worlds], n_looks=n_parts)
