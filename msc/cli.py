@@ -23,7 +23,6 @@ import msc.study
 import msc.worlds
 from msc._parallel import WorkersLost
 from msc.data import (
-    Dataset,
     find_neighbors,
     find_table,
     find_world,
@@ -147,8 +146,10 @@ def _run_search(options: argparse.Namespace) -> None:
     guide: tuple[tuple[Any, tuple[float, ...]], ...] = ()
     if options.guide:
         known = load_dataset(options.guide)
-        policies = map(tuple, known.policies.tolist())
-        guide = tuple(zip(_tasks_of(world, known), policies, strict=True))
+        pairs = zip(
+            world.tasks_in(known.table).tolist(), known.policies.tolist(), strict=True
+        )
+        guide = tuple((task, tuple(policy)) for task, policy in pairs)
     given = {"--offset": options.offset, "--skip": options.skip}
     needless = "--offset" if world.further else "--skip"
     if given[needless]:
@@ -210,17 +211,6 @@ def _add_workspace(parser: argparse.ArgumentParser) -> None:
     """Declare in which world."""
     about = "free (default), obstacles, a world of data/worlds, or a .toml file"
     parser.add_argument("--workspace", metavar="WORLD", default="free", help=about)
-
-
-def _tasks_of(world: Workspace, data: Dataset) -> list[Any]:
-    """Return a table's tasks in a world: angles (degrees), or rows of numbers."""
-    if missing := [name for name in world.task_names if name not in data.table]:
-        raise ValueError(
-            f"workspace={world.name!r}: the table lacks {', '.join(missing)}; wanted "
-            "one of this world"
-        )
-    rows: list[Any] = data.table[list(world.task_names)].to_numpy().tolist()
-    return [tuple(row) for row in rows] if world.further else [row[0] for row in rows]
 
 
 def _add_audit(commands: Commands) -> None:
@@ -346,7 +336,7 @@ def _nearest_policy(world: Workspace, name: str, task: Any) -> tuple[Any, str]:
     """Return the searched policy of the nearest task, and what it is."""
     table = Path(name)
     data = load_dataset(table.with_suffix(".csv") if table.suffix else name)
-    tasks = _tasks_of(world, data)
+    tasks = world.tasks_in(data.table)
     points, query = (msc.search.coordinates(world, one) for one in (tasks, [task]))
     nearest = int(find_neighbors(points, query, 1)[0, 0])
     told = ", ".join(f"{number:g}" for number in np.atleast_1d(tasks[nearest])[1:])

@@ -47,6 +47,7 @@ _FAMILY_WORDS = {
     "turn": "a turning home",
     "variant": "variants",
 }
+_TOUCHED = "touched", "touched_elsewhere"
 
 Array = NDArray[np.float64]
 
@@ -333,19 +334,15 @@ def plot_engines(engines: Mapping[str, Any]) -> Figure:
         what they cost elsewhere over what they cost where they were searched. Apart:
         those that met an obstacle in neither engine, and the others.
     """
-    worlds = engines["worlds"].values()
-    apart, ratio, met = (
-        np.concatenate([np.array([*take(one)], dtype=float) for one in worlds])
-        for take in (
-            lambda one: one["joints_rad"],
-            lambda one: np.divide(one["cost_elsewhere"], one["cost"]),
-            lambda one: np.logical_or(one["touched"], one["touched_elsewhere"]),
-        )
+    apart, own, elsewhere, *touched = (
+        np.concatenate([np.asarray(one[key]) for one in engines["worlds"].values()])
+        for key in ("joints_rad", "cost", "cost_elsewhere", *_TOUCHED)
     )
+    ratio, met = elsewhere / own, np.any(touched, axis=0)
     figure, (left, right) = plt.subplots(1, 2, figsize=(7.4, 2.9))
     kinds = (
-        ("no contact", met == 0, TRIO[0], "-"),
-        ("contact", met == 1, TRIO[1], "--"),
+        ("no contact", ~met, TRIO[0], "-"),
+        ("contact", met, TRIO[1], "--"),
     )
     for words, of, colour, dashes in kinds:
         if not of.any():

@@ -39,19 +39,10 @@ if TYPE_CHECKING:
     )
     from msc.robot._dmp import DMP, check_policies
     from msc.robot._kinematics import forward_kinematics, inverse_kinematics
-    from msc.robot._workspace import (
-        ENGINES,
-        LINK_RADIUS,
-        TASK_NUMBERS,
-        Circle,
-        CostWeights,
-        Physics,
-        TaskRange,
-        Workspace,
-        clearance,
-        home_pose,
-        random_circles,
-    )
+    from msc.robot._obstacles import LINK_RADIUS, Circle, clearance
+    from msc.robot._physics import ENGINES, Physics
+    from msc.robot._tasks import TASK_NUMBERS, CostWeights, TaskRange
+    from msc.robot._workspace import Workspace, home_pose, random_circles
     from msc.robot._world_file import format_world, read_world
 
 __all__, __getattr__, __dir__ = face(__name__, __file__)

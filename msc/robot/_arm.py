@@ -5,7 +5,6 @@ from __future__ import annotations
 import threading
 import warnings
 import weakref
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import NoReturn
@@ -184,9 +183,7 @@ class Arm:
         one = check_policies(policy, self.dmp.n_params, single=True)
         return self.execute_many(one, task_deg)[0]
 
-    def execute_many(
-        self, policies: ArrayLike, task_deg: float | Sequence[float]
-    ) -> list[Rollout]:
+    def execute_many(self, policies: ArrayLike, task_deg: ArrayLike) -> list[Rollout]:
         """Execute several policies, each from the home pose.
 
         Parameters
@@ -221,9 +218,7 @@ class Arm:
             rollouts += self._follow(plan, tasks[batch])
         return rollouts
 
-    def follow(
-        self, plans: ArrayLike, task_deg: float | Sequence[float]
-    ) -> list[Rollout]:
+    def follow(self, plans: ArrayLike, task_deg: ArrayLike) -> list[Rollout]:
         """Follow joint angles, whoever planned them, each from the home pose.
 
         Parameters
@@ -260,9 +255,7 @@ class Arm:
             rollouts += self._follow(joints[batch], tasks[batch])
         return rollouts
 
-    def _tasks(
-        self, task_deg: float | Sequence[float], n_rollouts: int
-    ) -> NDArray[np.float64]:
+    def _tasks(self, task_deg: ArrayLike, n_rollouts: int) -> NDArray[np.float64]:
         """Return the task of each rollout."""
         tasks, further = to_floats("task_deg", task_deg), self.workspace.further
         one: tuple[int, ...] = (len(further) + 1,) if further else ()

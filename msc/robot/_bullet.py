@@ -25,8 +25,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from msc.robot._control import ControllerGains, rod_inertia, steer
+from msc.robot._obstacles import LINK_RADIUS
 from msc.robot._turns import TURN, World
-from msc.robot._workspace import LINK_RADIUS, Workspace
+from msc.robot._workspace import Workspace
 
 _Array = NDArray[np.float64]
 

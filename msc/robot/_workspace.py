@@ -10,192 +10,25 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from msc._checks import LARGEST, check_number, check_whole, to_floats
+from msc._checks import LARGEST, check_number, to_floats
 from msc.robot._control import ControllerGains
 from msc.robot._dmp import DMP
 from msc.robot._kinematics import forward_kinematics
+from msc.robot._obstacles import Circle, clearance
+from msc.robot._physics import Physics
+from msc.robot._tasks import TASK_NUMBERS, CostWeights, TaskRange
 
-LINK_RADIUS = 0.02  # m; half the thickness of a link
+if TYPE_CHECKING:
+    import pandas as pd
 
 _LINKS = (0.40, 0.35, 0.25)
 _SMALLEST = 1e-6  # m; of a radius
 _BOUNDS = {"link_lengths": (0.05, 10.0), "link_masses": (0.01, 1000.0)}
-
-
-class Circle(NamedTuple):
-    """A round obstacle, as seen from above.
-
-    Attributes
-    ----------
-    x, y : float
-        Its centre, from the arm's base (m).
-    radius : float
-        Its radius (m).
-    """
-
-    x: float
-    y: float
-    radius: float
-
-
-TASK_NUMBERS = {
-    "radius_m": "distance of the goal from the base",
-    "height_m": "how far the first obstacle has moved along y",
-    "turn_deg": "how far the home pose is turned about the base",
-}
-"""What a task may have besides its angle."""
-
-ENGINES = ("pybullet", "mujoco")
-
-
-class TaskRange(NamedTuple):
-    """A number that tasks have besides their angle, and its range.
-
-    Attributes
-    ----------
-    name : {"radius_m", "height_m", "turn_deg"}
-        Distance of the goal from the base (m); how far the first obstacle has moved
-        along y (m); how far the home pose is turned about the base (degrees).
-    low, high : float
-        Its range.
-    """
-
-    name: str
-    low: float
-    high: float
-
-
-@dataclass(frozen=True)
-class CostWeights:
-    """What is paid for what a movement does.
-
-    Parameters
-    ----------
-    error : float, default=100.0
-        For the squared final distance (1/m²).
-    energy : float, default=0.005
-        For the squared joint velocity, summed and integrated (s/rad²). One centimetre
-        weighs as much as 2 rad²/s.
-    contact : float, default=0.0
-        For the impulse of contacts (1/(N s)).
-    length : float, default=0.0
-        For the length of the joints' path (1/rad).
-
-    Raises
-    ------
-    ValueError
-        If one is no number, negative, or above 1e6.
-    """
-
-    error: float = 100.0
-    energy: float = 0.005
-    contact: float = 0.0
-    length: float = 0.0
-
-    def __post_init__(self) -> None:
-        """Refuse what is no price."""
-        for name in ("error", "energy", "contact", "length"):
-            check_number(name, getattr(self, name), 0.0, 1e6)
-
-
-@dataclass(frozen=True)
-class Physics:
-    """How time passes: the engine, its steps, the controller's, gravity.
-
-    Parameters
-    ----------
-    engine : {"pybullet", "mujoco"}, default="pybullet"
-        Who integrates the equations of motion.
-    control_rate : float, default=60.0
-        Commands a second (Hz), from 10 to 1000.
-    substeps : int, default=4
-        Of the physics, in a time step of the controller: 240 Hz; from 1 to 100.
-    duration : float, default=1.0
-        Of the movement (s), from 0.1 to 20.
-    settling : float, default=0.1
-        Then the last joint angles are held so long (s), from 0 to 5.
-    gravity : float, default=0.0
-        Along -y (m/s²), from 0 to 30; the controller knows of it. Zero: the arm moves
-        in a horizontal plane.
-
-    Raises
-    ------
-    ValueError
-        If the engine is unknown, or a number is beyond its bounds.
-
-    Examples
-    --------
-    >>> Physics().n_steps
-    66
-    """
-
-    engine: str = "pybullet"
-    control_rate: float = 60.0
-    substeps: int = 4
-    duration: float = 1.0
-    settling: float = 0.1
-    gravity: float = 0.0
-
-    def __post_init__(self) -> None:
-        """Refuse an engine that is none, and steps that make no movement."""
-        if self.engine not in ENGINES:
-            raise ValueError(
-                f"engine={self.engine!r}; wanted {' or '.join(map(repr, ENGINES))}"
-            )
-        check_number("control_rate", self.control_rate, 10.0, 1000.0)
-        check_whole("substeps", self.substeps, 1, 100)
-        check_number("duration", self.duration, 0.1, 20.0)
-        check_number("settling", self.settling, 0.0, 5.0)
-        check_number("gravity", self.gravity, 0.0, 30.0)
-
-    @property
-    def time_step(self) -> float:
-        """Time between two commands, and between two rows of a rollout (s)."""
-        return 1 / self.control_rate
-
-    @property
-    def n_moving(self) -> int:
-        """Time steps of the movement."""
-        return round(self.duration * self.control_rate)
-
-    @property
-    def n_steps(self) -> int:
-        """Time steps of the movement and the settling."""
-        return self.n_moving + round(self.settling * self.control_rate)
-
-
-def clearance(points: ArrayLike, circle: Circle) -> NDArray[np.float64]:
-    """Measure the gap between an arm's links and the centre of a circle.
-
-    Parameters
-    ----------
-    points : array_like of shape (..., 4, 2)
-        What `forward_kinematics` gives (m).
-    circle : Circle
-        The circle; its radius does not count.
-
-    Returns
-    -------
-    ndarray of shape (...)
-        Smallest distance of the links' surfaces from the centre (m).
-
-    Examples
-    --------
-    >>> arm = forward_kinematics([0.0, 0.0, 0.0], [0.40, 0.35, 0.25])
-    >>> clearance(arm, Circle(0.5, 0.3, 0.1)).round(3)
-    np.float64(0.28)
-    """
-    points = np.asarray(points, dtype=float)
-    starts, steps = points[..., :-1, :], np.diff(points, axis=-2)
-    to_centre = np.array([circle.x, circle.y]) - starts
-    along = np.sum(to_centre * steps, axis=-1) / np.sum(steps**2, axis=-1)
-    apart = to_centre - np.clip(along, 0, 1)[..., None] * steps
-    return np.asarray(np.hypot(apart[..., 0], apart[..., 1]).min(axis=-1) - LINK_RADIUS)
 
 
 def home_pose(
@@ -419,6 +252,38 @@ class Workspace:
         """
         lengths = [name.endswith("_m") for name in self.task_names]
         return np.where(lengths, self.goal_radius, 1.0)
+
+    @property
+    def task_bounds(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Lowest and highest numbers of a task: the angle from 0 to 360 degrees."""
+        low = (0.0, *(one.low for one in self.further))
+        return low, (360.0, *(one.high for one in self.further))
+
+    def tasks_in(self, table: pd.DataFrame) -> NDArray[np.float64]:
+        """Take the tasks out of a table, as they are given to a world.
+
+        Parameters
+        ----------
+        table : DataFrame
+            With a column of each of `task_names`.
+
+        Returns
+        -------
+        ndarray of shape (n_tasks,) or (n_tasks, n_numbers)
+            Task angles (degrees); where tasks have further numbers, rows of them.
+
+        Raises
+        ------
+        ValueError
+            If a column is missing.
+        """
+        if missing := [name for name in self.task_names if name not in table]:
+            raise ValueError(
+                f"workspace={self.name!r}: the table lacks {', '.join(missing)}; "
+                "wanted one of this world"
+            )
+        rows = table[list(self.task_names)].to_numpy()
+        return np.asarray(rows if self.further else rows[:, 0])
 
     @classmethod
     def free(cls) -> Workspace:

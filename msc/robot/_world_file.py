@@ -42,7 +42,9 @@ import numpy as np
 from msc._checks import check_kind, to_floats
 from msc.robot._control import ControllerGains
 from msc.robot._dmp import DMP
-from msc.robot._workspace import TASK_NUMBERS, CostWeights, Physics, Workspace
+from msc.robot._physics import Physics
+from msc.robot._tasks import TASK_NUMBERS, CostWeights
+from msc.robot._workspace import Workspace
 
 _UNITS = {  # how many make one of ours
     "length": {"m": 1.0, "cm": 100.0, "mm": 1000.0},

@@ -138,10 +138,9 @@ def draw_tasks(
     check_whole("n_tasks", n_tasks, 1)
     check_whole("skip", skip, 0)
     check_whole("seed", seed, 0)
-    lows = [0.0, *(one.low for one in workspace.further)]
-    highs = [360.0, *(one.high for one in workspace.further)]
-    sequence = qmc.Halton(len(lows), rng=np.random.default_rng(seed))
-    points = qmc.scale(sequence.random(skip + n_tasks)[skip:], lows, highs)
+    n_numbers, rng = len(workspace.task_names), np.random.default_rng(seed)
+    points = qmc.Halton(n_numbers, rng=rng).random(skip + n_tasks)[skip:]
+    points = qmc.scale(points, *workspace.task_bounds)
     digits = [4 if name.endswith("_m") else 3 for name in workspace.task_names]
     rows = [
         tuple(round(number, n) for number, n in zip(row, digits, strict=True))
@@ -357,14 +356,14 @@ def _steps(
     return result
 
 
-def coordinates(workspace: Workspace, tasks: Sequence[Any]) -> NDArray[np.float64]:
+def coordinates(workspace: Workspace, tasks: ArrayLike) -> NDArray[np.float64]:
     """Return tasks as points: the angle (rad), and all else in units that weigh alike.
 
     Parameters
     ----------
     workspace : Workspace
         The world.
-    tasks : sequence of float, or of tuples of float
+    tasks : array_like of shape (n_tasks,) or (n_tasks, n_numbers)
         Task angles (degrees), or all numbers of each task.
 
     Returns
@@ -377,7 +376,8 @@ def coordinates(workspace: Workspace, tasks: Sequence[Any]) -> NDArray[np.float6
     >>> coordinates(Workspace.free(), [90.0]).round(3)
     array([[1.571]])
     """
-    numbers = np.array(tasks, dtype=float).reshape(len(tasks), -1)
+    numbers = np.array(tasks, dtype=float)
+    numbers = numbers.reshape(len(numbers), -1)
     angles = _is_angle(workspace)
     return np.where(angles, np.deg2rad(numbers), numbers) / workspace.task_units
 

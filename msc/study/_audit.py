@@ -140,19 +140,12 @@ def _find_workspace(path: Path, given: str | None) -> str:
 def _execute_again(workspace: Workspace, data: Dataset) -> dict[str, Any]:
     """Execute all policies and compare the final distances with the stored ones."""
     with Arm(workspace) as arm:
-        tasks: Any = _tasks_of(workspace, data.table)
-        rollouts = arm.execute_many(data.policies, tasks)
+        rollouts = arm.execute_many(data.policies, workspace.tasks_in(data.table))
     changes = [rollout.error for rollout in rollouts] - data.table["distance_m"]
     return {
         "identical": int((changes == 0).sum()),
         "largest_difference_m": float(changes.abs().max()),
     }
-
-
-def _tasks_of(workspace: Workspace, table: pd.DataFrame) -> list[Any]:
-    """Return the tasks of a table: angles, or rows of numbers."""
-    rows: list[Any] = table[list(workspace.task_names)].to_numpy().tolist()
-    return rows if workspace.further else [angle for (angle,) in rows]
 
 
 def _search_again(
@@ -163,7 +156,7 @@ def _search_again(
     call: _Call,
 ) -> dict[str, Any]:
     """Search tasks from scratch and compare the costs with the stored ones."""
-    tasks = _tasks_of(workspace, sample)
+    tasks = workspace.tasks_in(sample).tolist()
     shares = [tasks[k : k + N_PARALLEL] for k in range(0, len(tasks), N_PARALLEL)]
     search = partial(search_policies, seed=seed, n_starts=N_STARTS, options=options)
     found = call(

@@ -33,11 +33,10 @@ def measure_plans(
         "error_cm", "excess_cost" and "touched", as of `measure_method`: there are no
         policies to have errors.
     """
-    rows = test.table[list(workspace.task_names)].to_numpy()
-    angles: Any = rows if workspace.further else rows[:, 0]
+    tasks = workspace.tasks_in(test.table)
     arm = cached_arm(workspace)
     sides = [
-        arm.follow(method.plan(side), angles)
+        arm.follow(method.plan(side), tasks)
         for side in (test.tasks - SIDE, test.tasks + SIDE)
     ]
     paid = [[cost(rollout, workspace.cost) for rollout in side] for side in sides]

@@ -62,8 +62,7 @@ def execute_elsewhere(world: Workspace, data: Dataset) -> dict[str, Any]:
     own = world.physics.engine
     (other,) = set(ENGINES) - {own}
     elsewhere = replace(world, physics=replace(world.physics, engine=other))
-    rows = data.table[list(world.task_names)].to_numpy()
-    tasks: Any = rows if world.further else rows[:, 0]
+    tasks = world.tasks_in(data.table)
     with Arm(world) as here, Arm(elsewhere) as there:
         pair = [arm.execute_many(data.policies, tasks) for arm in (here, there)]
     told: dict[str, Any] = {"engine": own}

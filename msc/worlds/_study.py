@@ -250,9 +250,7 @@ def _away(
     world: Workspace, places: Array, tasks: Array, n_samples: int
 ) -> NDArray[np.bool_]:
     """Tell which test tasks are farther from every jump than n samples lie apart."""
-    ends = [(360.0, *(one.high for one in world.further))]
-    ends += [(0.0, *(one.low for one in world.further))]
-    spans = -np.diff(coordinates(world, ends), axis=0)
+    spans = np.diff(coordinates(world, world.task_bounds), axis=0)
     apart = (np.prod(spans) / n_samples) ** (1 / tasks.shape[1])
     gaps = np.linalg.norm(tasks[:, None] - places, axis=-1)
     return np.asarray((gaps > apart).all(axis=1))

@@ -195,7 +195,5 @@ def _span_of(workspace: Workspace) -> Span:
     """Return the bounds of a world's tasks, as points."""
     if not workspace.further:
         return CIRCLE
-    lows = [0.0, *(one.low for one in workspace.further)]
-    highs = [360.0, *(one.high for one in workspace.further)]
-    low, high = coordinates(workspace, [lows, highs]).tolist()
+    low, high = coordinates(workspace, workspace.task_bounds).tolist()
     return tuple(low), tuple(high)
