@@ -146,10 +146,10 @@ def _run_search(options: argparse.Namespace) -> None:
     guide: tuple[tuple[Any, tuple[float, ...]], ...] = ()
     if options.guide:
         known = load_dataset(options.guide)
-        pairs = zip(
-            world.tasks_in(known.table).tolist(), known.policies.tolist(), strict=True
-        )
-        guide = tuple((task, tuple(policy)) for task, policy in pairs)
+        asked: Any = world.tasks_in(known.table).tolist()
+        if world.further:
+            asked = map(tuple, asked)
+        guide = tuple(zip(asked, map(tuple, known.policies.tolist()), strict=True))
     given = {"--offset": options.offset, "--skip": options.skip}
     needless = "--offset" if world.further else "--skip"
     if given[needless]:
