@@ -37,6 +37,7 @@ from msc.worlds import (
     family_of,
     list_tasks,
     list_worlds,
+    load_choices,
     load_questions,
     make_worlds,
     resample,
@@ -179,7 +180,11 @@ def test_every_claim_is_asked_of_worlds_or_not_asked_for_a_reason():
     assert asked | set(told["not_asked"]) == claims
     assert not asked & set(told["not_asked"])
     assert told["order"] == [name for name in FAMILIES if name != "variant"]
-    for one in questions:
+    again = [
+        one for asked in load_choices(FOLDER / "asked.yml").values() for one in asked
+    ]
+    assert len(again) == len(told["choices"]) * len(told["choices_asked"])
+    for one in (*questions, *again):
         assert set(one.families) <= set(FAMILIES)
         if one.measure != "jumps":
             assert one.measure in MEASURES

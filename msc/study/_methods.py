@@ -93,6 +93,11 @@ METHODS = {
     "zero policy": Method(lambda _: zero_policy(), "no learning", "all"),
     "charts, SVM gate": Method(build_skill, "variants", "even"),
     "charts, k-means": Method(build_skill, "variants", "even"),
+    "charts, GP gate": Method(build_skill, "variants"),
+    "charts, λ 1": Method(build_skill, "variants"),
+    "charts, λ 100": Method(build_skill, "variants"),
+    "charts, 10 neighbours": Method(build_skill, "variants"),
+    "charts, raw form": Method(build_skill, "variants"),
     "charts, Matérn": Method(build_skill, "variants", "even"),
     "single, Matérn": Method(build_skill, "variants", "even"),
     "single, periodic": Method(build_skill, "variants", "even"),
@@ -176,8 +181,11 @@ def build_method(name: str, **how: Any) -> Any:
           corners of a triangle, see `Interpolation`;
         - "mean policy": the training policies' mean, whatever the task;
         - "zero policy": no weights, which leaves the arm to the DMP's spring;
-        - "…, SVM gate": a support vector machine tells which chart a task belongs to;
+        - "…, SVM gate", "…, GP gate": a support vector machine, or a Gaussian process
+          classifier, tells which chart a task belongs to;
         - "…, k-means": charts found by k-means among the policies;
+        - "…, λ 1", "…, 10 neighbours", "…, raw form": another regularization, number of
+          neighbours, or form of `SMCE`;
         - "…, Matérn", "…, periodic": regressions with another kernel, see
           `gaussian_process`;
         - "…, one kernel": one kernel for all weights of a chart;

@@ -56,6 +56,17 @@ ALWAYS = (
     "1 chart",
     "8 charts",
 )
+CHOICES = (  # … and on all sets of 24 tasks, as choices of ours changed
+    "charts, k-means",
+    "charts, GP gate",
+    "charts, λ 1",
+    "charts, λ 100",
+    "charts, 10 neighbours",
+    "charts, raw form",
+    "2 charts",
+    "3 charts",
+    "6 charts",
+)
 WITH_ROLLOUTS = "layout01", "layout02", "layout03", "layout04"  # where they are tried
 _ALL_AT = 24
 _KEPT = ("mean", "per_repetition", "waves", "n_tasks")
@@ -155,7 +166,8 @@ def study_world(
         is_first = design == ("uniform" if world.further else "even")
         for number, chosen in enumerate(sets):
             full = n_samples == _ALL_AT and is_first and number < N_FULL
-            for name in list_tried(world) if full else ALWAYS:
+            few = (*ALWAYS, *CHOICES) if n_samples == _ALL_AT else ALWAYS
+            for name in list_tried(world) if full else few:
                 told = _try(name, world, (grid, new), chosen, seed)
                 if isinstance(told, str):
                     failed[f"{name}/{design}/{n_samples}/{number}"] = told

@@ -15,6 +15,7 @@ from msc.robot import DMP, ControllerGains, CostWeights, Physics, Workspace, hom
 
 _PRICE = 0.01  # 1/rad; of the joints' way, in place of their energy
 _BASES = "free", "obstacles"
+UNCHANGED = "base"
 
 
 def _cost(**changes: float) -> Callable[[Workspace], Workspace]:
@@ -48,7 +49,7 @@ def _reaching(reach: float) -> Callable[[Workspace], Workspace]:
 
 
 VARIANTS: dict[str, tuple[str, Callable[[Workspace], Workspace]]] = {
-    "base": ("nothing changed", lambda world: world),
+    UNCHANGED: ("nothing changed", lambda world: world),
     "length": (
         "the joints' way is paid for, 0.01 a radian, in place of their energy",
         _cost(energy=0.0, length=_PRICE),

@@ -14,120 +14,33 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import yaml
 from numpy.typing import NDArray
 from scipy.stats import binomtest, norm, spearmanr, t
 
-from msc.data import load_dataset, step_sizes
+from msc.data import Dataset, load_dataset, step_sizes
 from msc.estimates import Average, Estimate, quotient, six_digits
 from msc.robot import read_world
 from msc.study import find_cell
 from msc.worlds._draw import family_of
+from msc.worlds._questions import (
+    ASKED,
+    Question,
+    is_asked,
+    load_choices,
+    load_kin,
+    load_questions,
+)
+from msc.worlds._variants import UNCHANGED, VARIANTS
 
 HOLDS, FAILS, CANNOT_TELL, NOT_ASKED = "holds", "fails", "cannot tell", "not asked"
 ANSWERS = (HOLDS, FAILS, CANNOT_TELL, NOT_ASKED)
-ASKED = "asked.yml"
-_N_RESAMPLES = 10_000
-_PREDICATES = ("below", "at_least", "equals")
+_N_RESAMPLES = 5000
 
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Question:
-    """What is asked of worlds.
-
-    Attributes
-    ----------
-    id : str
-        Its name.
-    question : str
-        In words.
-    families : tuple of str
-        Of whose worlds it is asked.
-    claims : tuple of str
-        Claims of the paper that it is of; none, if it is our own.
-    measure : str
-        A key of `msc.study.MEASURES`; or "jumps".
-    sizes : tuple of int
-        Numbers of training tasks.
-    method : str
-        Whose error is divided,
-    baselines : tuple of str
-        by whose; "cost": by what the searched policies of the test tasks cost.
-    predicate : {"below", "at_least", "equals"}
-        Where the number must lie,
-    wanted : float
-        of this.
-    effect : float
-        Between this and `wanted` an effect is too small to be of interest.
-    """
-
-    id: str
-    question: str
-    families: tuple[str, ...]
-    claims: tuple[str, ...]
-    measure: str
-    predicate: str
-    wanted: float
-    effect: float
-    sizes: tuple[int, ...] = ()
-    method: str = ""
-    baselines: tuple[str, ...] = ()
-
-
-def load_questions(path: Path) -> list[Question]:
-    """Read what is asked.
-
-    Parameters
-    ----------
-    path : Path
-        `data/worlds/asked.yml`.
-
-    Returns
-    -------
-    list of Question
-        In the order of the file.
-
-    Raises
-    ------
-    ValueError
-        If a question lacks a part or has not one predicate.
-    """
-    told = yaml.safe_load(path.read_text("utf-8"))
-    return [_question(one) for one in told["questions"]]
-
-
-def _question(told: Mapping[str, Any]) -> Question:
-    """Read a question."""
-    predicates = [name for name in _PREDICATES if name in told]
-    if len(predicates) != 1 or not {"id", "question", "families"} <= told.keys():
-        raise ValueError(
-            f"question {told.get('id')!r}: wanted id, question, families and one of "
-            f"{', '.join(_PREDICATES)}"
-        )
-    wanted = float(told[predicates[0]])
-    return Question(
-        id=told["id"],
-        question=told["question"],
-        families=tuple(told["families"]),
-        claims=_listed(told.get("of", [])),
-        measure="jumps" if "jumps" in told else told["measure"],
-        predicate=predicates[0],
-        wanted=wanted,
-        effect=float(told.get("effect", wanted)),
-        sizes=_listed(told.get("n_samples", [])),
-        method=told.get("method", ""),
-        baselines=_listed(told.get("baseline", [])),
-    )
-
-
-def _listed(value: Any) -> tuple[Any, ...]:
-    return tuple(value) if isinstance(value, list) else (value,)
-
-
 def judge_worlds(folder: Path, results: Path) -> dict[str, Any]:
-    """Ask every question of every world, and of each family of worlds.
+    """Ask every question of every world, of each family, and of each choice of ours.
 
     Parameters
     ----------
@@ -139,51 +52,179 @@ def judge_worlds(folder: Path, results: Path) -> dict[str, Any]:
     Returns
     -------
     dict
-        Fit for JSON. "worlds": of each its family, jumps (how many, the sizes of all
-        over the spread of policies, share of training tasks beside one), and "answers":
-        by question the number, its interval and the answer. "families": by question and
-        family the mean over worlds with its interval, the answer, how many worlds
-        answer what, and the share in which it holds, with its interval. "payoff": how
-        ratios go with the size of jumps, over layouts.
+        Fit for JSON.
+
+        - "worlds": of each its family, jumps (how many, the sizes of all over the
+          spread of policies, share of training tasks beside one), and "answers": by
+          question the number, its interval and the answer.
+        - "families": by question and family the mean over worlds with its interval,
+          the answer, how many worlds answer what, and the share in which it holds,
+          with its interval.
+        - "assumptions": rows of one choice changed: "of" a headline world or a family,
+          "choice" in words, "answers" by question, and of how many of them the answer
+          without the change "stands"; the first row of each has nothing changed.
+        - "counts": by question how many worlds, and how many changed choices, answer
+          what.
+        - "payoff": how ratios go with the size of jumps, over layouts.
     """
-    questions = load_questions(folder / ASKED)
+    questions, kin = load_questions(folder / ASKED), load_kin(folder / ASKED)
+    found = _load_worlds(folder, results)
     worlds: dict[str, Any] = {}
-    parts: dict[str, dict[str, list[_Part]]] = {}
-    for path in sorted(results.glob("jumps_*.json")):
-        name = path.stem.removeprefix("jumps_")
-        study_file = results / f"{name}.json"
-        if not study_file.is_file():
-            continue
-        jumps = json.loads(path.read_text("utf-8"))
-        study = json.loads(study_file.read_text("utf-8"))
-        family = family_of(name).name
-        test = load_dataset(folder / f"{name}_test.csv").table
-        design = "uniform" if read_world(folder / f"{name}.toml").further else "even"
-        parts[name] = {
-            one.id: _measure(one, jumps, study, design, float(test["cost"].mean()))
-            for one in questions
-            if family in one.families
-        }
-        worlds[name] = {
-            "family": family,
-            **_discontinuity(folder / f"{name}.csv", jumps),
-            "answers": {
-                one.id: _answer(one, parts[name].get(one.id, [])) for one in questions
-            },
-        }
+    for one in found:
+        asked = [each for each in questions if is_asked(each, one.name, kin)]
+        answers = {each.id: _answer(each, one.measure(each)) for each in asked}
+        nothing = {each.id: {"answer": NOT_ASKED} for each in questions}
+        broken = _discontinuity(one.train, one.jumps)
+        told = {"family": one.family, **broken, "answers": nothing | answers}
+        worlds[one.name] = told
     families = {
-        one.id: {
-            family: _over_worlds(one, own)
-            for family in one.families
-            if (own := _of_family(parts, worlds, one, family))
+        asked.id: {
+            family: _over_worlds(asked, own)
+            for family in asked.families
+            if (own := _of_family(found, asked, family))
         }
-        for one in questions
+        for asked in questions
     }
+    assumptions = [
+        *_rows_of_variants(worlds, kin),
+        *_rows_of_choices(found, load_choices(folder / ASKED), families, kin),
+    ]
     return {
         "worlds": worlds,
         "families": families,
+        "assumptions": assumptions,
+        "counts": {one.id: _count(one, worlds, assumptions) for one in questions},
         "payoff": _payoff(worlds, questions),
     }
+
+
+@dataclass(frozen=True)
+class _World:
+    """What is known of a world."""
+
+    name: str
+    family: str
+    design: str  # of training sets
+    train: Dataset
+    searched_cost: float  # of a test task
+    jumps: Mapping[str, Any]
+    study: Mapping[str, Any]
+
+    def measure(self, asked: Question) -> list[_Part]:
+        """Find the numbers that a question is about."""
+        nothing = np.empty(0)
+        if asked.measure == "jumps":
+            return [_Part(Estimate(_count_jumps(self.jumps)), nothing, nothing)]
+        found = []
+        for size in asked.sizes:
+            measures = find_cell(self.study, self.design, size)["measures"]
+            of = measures[asked.measure]
+            top = of.get(asked.method)
+            for baseline in asked.baselines:
+                if baseline == "cost":
+                    one = Average.read(top).estimate
+                    ratio = quotient(one, Estimate(self.searched_cost))
+                    bottoms = np.full(len(top["per_repetition"]), self.searched_cost)
+                else:
+                    bottom = of.get(baseline) or measures["mse, gate learned"][baseline]
+                    ratio = Average.read(top).over(Average.read(bottom))
+                    bottoms = np.array(bottom["per_repetition"])
+                found.append(_Part(ratio, np.array(top["per_repetition"]), bottoms))
+        return found
+
+
+def _load_worlds(folder: Path, results: Path) -> list[_World]:
+    """Load the worlds of which both jumps and a study are there."""
+    found = []
+    for path in sorted(results.glob("jumps_*.json")):
+        name = path.stem.removeprefix("jumps_")
+        study = results / f"{name}.json"
+        if not study.is_file():
+            continue
+        is_circle = not read_world(folder / f"{name}.toml").further
+        test = load_dataset(folder / f"{name}_test.csv").table
+        world = _World(
+            name=name,
+            family=family_of(name).name,
+            design="even" if is_circle else "uniform",
+            train=load_dataset(folder / f"{name}.csv"),
+            searched_cost=float(test["cost"].mean()),
+            jumps=json.loads(path.read_text("utf-8")),
+            study=json.loads(study.read_text("utf-8")),
+        )
+        found.append(world)
+    return found
+
+
+def _rows_of_variants(
+    worlds: Mapping[str, Any], kin: Mapping[str, str]
+) -> list[dict[str, Any]]:
+    """Hold the answers of variants beside those of the worlds that they vary."""
+    rows = []
+    for base in kin:
+        for name, (words, _) in VARIANTS.items():
+            world = worlds.get(f"{base}-{name}")
+            if world is not None and f"{base}-{UNCHANGED}" in worlds:
+                unchanged = worlds[f"{base}-{UNCHANGED}"]["answers"]
+                rows.append(_row(base, words, world["answers"], unchanged))
+    return rows
+
+
+def _rows_of_choices(
+    worlds: Sequence[_World],
+    choices: Mapping[str, Sequence[Question]],
+    families: Mapping[str, Mapping[str, Any]],
+    kin: Mapping[str, str],
+) -> list[dict[str, Any]]:
+    """Ask again over the worlds of a family, with other methods in the questions."""
+    rows = []
+    for family in kin.values():
+        nothing = {name: {"answer": NOT_ASKED} for name in families}
+        asked_again = {one.id for asked in choices.values() for one in asked}
+        unchanged = nothing | {
+            name: of[family]
+            for name, of in families.items()
+            if name in asked_again and family in of
+        }
+        if unchanged == nothing:
+            continue
+        rows.append(_row(family, VARIANTS[UNCHANGED][0], unchanged, unchanged))
+        for words, asked in choices.items():
+            answers = nothing | {
+                one.id: _over_worlds(one, _of_family(worlds, one, family))
+                for one in asked
+                if unchanged[one.id] != nothing[one.id]
+            }
+            rows.append(_row(family, words, answers, unchanged))
+    return rows
+
+
+def _row(
+    of: str,
+    words: str,
+    answers: Mapping[str, dict[str, Any]],
+    unchanged: Mapping[str, dict[str, Any]],
+) -> dict[str, Any]:
+    """Tell what becomes of the answers if a choice is another."""
+    firm = [name for name, one in unchanged.items() if one["answer"] in (HOLDS, FAILS)]
+    stands = [
+        name for name in firm if answers[name]["answer"] == unchanged[name]["answer"]
+    ]
+    told = {"of": of, "choice": words, "changed": answers is not unchanged}
+    return told | {"firm": len(firm), "stands": len(stands), "answers": dict(answers)}
+
+
+def _count(
+    asked: Question, worlds: Mapping[str, Any], rows: Sequence[Mapping[str, Any]]
+) -> dict[str, dict[str, int]]:
+    """Count answers over worlds, variants left out, and over changed choices."""
+    drawn = [one for one in worlds.values() if one["family"] != "variant"]
+    changed = [row for row in rows if row["changed"]]
+    told = {}
+    for over, of in (("worlds", drawn), ("assumptions", changed)):
+        answers = [one["answers"][asked.id]["answer"] for one in of]
+        told[over] = {answer: answers.count(answer) for answer in ANSWERS}
+    return told
 
 
 @dataclass(frozen=True)
@@ -193,35 +234,6 @@ class _Part:
     estimate: Estimate
     tops: Array
     bottoms: Array
-
-
-def _measure(
-    asked: Question,
-    jumps: Mapping[str, Any],
-    study: Mapping[str, Any],
-    design: str,
-    searched_cost: float,
-) -> list[_Part]:
-    """Find the numbers that a question is about, in a world; none if not measured."""
-    nothing = np.empty(0)
-    if asked.measure == "jumps":
-        return [_Part(Estimate(_count_jumps(jumps)), nothing, nothing)]
-    found = []
-    for size in asked.sizes:
-        measures = find_cell(study, design, size)["measures"]
-        of = measures[asked.measure]
-        top = of.get(asked.method)
-        for baseline in asked.baselines:
-            if baseline == "cost":
-                one = Average.read(top).estimate
-                ratio = quotient(one, Estimate(searched_cost))
-                bottoms = np.full(len(top["per_repetition"]), searched_cost)
-            else:
-                bottom = of.get(baseline) or measures["mse, gate learned"][baseline]
-                ratio = Average.read(top).over(Average.read(bottom))
-                bottoms = np.array(bottom["per_repetition"])
-            found.append(_Part(ratio, np.array(top["per_repetition"]), bottoms))
-    return found
 
 
 def _count_jumps(jumps: Mapping[str, Any]) -> int:
@@ -265,17 +277,10 @@ def _judge(asked: Question, estimate: Estimate) -> str:
 
 
 def _of_family(
-    parts: Mapping[str, Mapping[str, list[_Part]]],
-    worlds: Mapping[str, Any],
-    asked: Question,
-    family: str,
+    worlds: Sequence[_World], asked: Question, family: str
 ) -> list[list[_Part]]:
     """Return the numbers of the worlds of a family."""
-    return [
-        parts[name][asked.id]
-        for name, world in worlds.items()
-        if world["family"] == family and parts[name].get(asked.id)
-    ]
+    return [one.measure(asked) for one in worlds if one.family == family]
 
 
 def _over_worlds(asked: Question, worlds: Sequence[list[_Part]]) -> dict[str, Any]:
@@ -366,9 +371,8 @@ def _levels(n_worlds: int, n_looks: int = 1) -> tuple[float, float]:
     return level, 1 - level
 
 
-def _discontinuity(table: Path, jumps: Mapping[str, Any]) -> dict[str, Any]:
+def _discontinuity(data: Dataset, jumps: Mapping[str, Any]) -> dict[str, Any]:
     """Say how broken a world is: jumps, their sizes, tasks beside one."""
-    data = load_dataset(table)
     spread = float(np.sqrt(data.policies.var(axis=0).sum()))
     if "jumps" not in jumps:  # tasks of several numbers
         kept = [one["is_jump"] for one in jumps["bisected"]]
