@@ -47,6 +47,8 @@ from press import (
     write_json,
 )
 
+_HEADLINE = "free", "obstacles"  # the two worlds of the book's first part
+
 
 def main(arguments: Sequence[str] | None = None) -> int:
     """Run one command.
@@ -354,6 +356,14 @@ def _add_evaluate(commands: Commands) -> None:
     parser.add_argument(
         "--methods", metavar="NAME,…", help="whom to try (all, where that is stale)"
     )
+    names = ", ".join(_HEADLINE)
+    parser.add_argument(
+        "--worlds", metavar="NAME,…", default=names, help=f"in which worlds ({names})"
+    )
+    about = "in which engine policies are executed (pybullet)"
+    parser.add_argument(
+        "--engine", choices=msc.robot.ENGINES, default=msc.robot.ENGINES[0], help=about
+    )
     parser.add_argument(
         "--recheck",
         action="store_true",
@@ -364,7 +374,12 @@ def _add_evaluate(commands: Commands) -> None:
 
 def _run_evaluate(options: argparse.Namespace) -> None:
     """Study both workspaces; write each one's results as soon as they are there."""
-    worlds = "free", "obstacles"
+    worlds = [name.strip() for name in options.worlds.split(",")]
+    if unknown := [name for name in worlds if name not in _HEADLINE]:
+        raise ValueError(
+            f"worlds={unknown} are unknown; wanted some of {', '.join(_HEADLINE)}; for "
+            "others: msc worlds study"
+        )
     folder: Path = options.out_dir
     _check_before(folder, "study", worlds)
     wanted = None if options.methods is None else _split_names(options.methods)
@@ -372,11 +387,16 @@ def _run_evaluate(options: argparse.Namespace) -> None:
     what |= {"progress": True}
     for world in worlds:
         study = msc.study.run_study(
-            world, folder, names=wanted, recheck=options.recheck, **what
+            world,
+            folder,
+            names=wanted,
+            recheck=options.recheck,
+            engine=options.engine,
+            **what,
         )
         _tell_results(folder / f"study_{world}.json", study)
         _tell_failures(study, wanted or [*study["failed"]])
-        if wanted is None:
+        if wanted is None:  # of policies alone, whatever executes them
             out = folder / f"elbow_{world}.json"
             known = json.loads(out.read_text("utf-8")) if out.is_file() else None
             _tell_results(out, msc.study.run_elbows(world, known=known, **what))
@@ -439,9 +459,8 @@ def _add_savings(commands: Commands) -> None:
 
 def _run_savings(options: argparse.Namespace) -> None:
     """Search test tasks of both workspaces from predictions, and from scratch."""
-    worlds = "free", "obstacles"
-    _check_before(options.out_dir, "savings", worlds)
-    for world in worlds:
+    _check_before(options.out_dir, "savings", _HEADLINE)
+    for world in _HEADLINE:
         how = {"seed": options.seed, "jobs": options.jobs, "progress": True}
         found = msc.study.run_savings(world, folder=options.out_dir / "savings", **how)
         _tell_results(options.out_dir / f"savings_{world}.json", found)

@@ -34,6 +34,7 @@ new_tasks = np.linspace(-0.2, 2 * np.pi, 25)[:, None]
 @pytest.fixture(scope="module")
 def fitted():
     wide = {"conditioned ProMP", "after Liu: mapped", "after Soni: stopped"}  # policies
+    wide |= {"charts, λ 100", "charts, raw form"}  # warn: the graph falls apart
     names = [
         name
         for name, method in METHODS.items()
@@ -128,6 +129,25 @@ def test_variants_of_the_charts_differ_in_one_part(fitted):
     assert adjusted_rand_score(means.charts_, expected) == 1
     np.testing.assert_array_equal(rough.charts_, ours.charts_)
     assert {type(r.kernel_.k1.k2) for r in np.ravel(rough.regressors_)} == {Matern}
+
+
+@pytest.mark.parametrize(
+    ("part", "changed"),
+    [
+        ("λ 1", {"charts__regularization": 1.0}),
+        ("λ 100", {"charts__regularization": 100.0}),
+        ("10 neighbours", {"charts__n_neighbors": 10}),
+        ("raw form", {"charts__form": "raw"}),
+        ("GP gate", {"gate": "gp"}),
+        ("SVM gate", {"gate": "svm"}),
+        ("one kernel", {"kernel_per": "chart"}),
+    ],
+)
+def test_a_choice_changes_one_parameter(part, changed):
+    ours, other = (build_method(f"charts{end}") for end in ("", f", {part}"))
+    before, after = (one.get_params(deep=True) for one in (ours, other))
+    found = {key: after[key] for key in after if key != "charts"}
+    assert found == {key: before[key] for key in before if key != "charts"} | changed
 
 
 # Single regressions

@@ -417,8 +417,10 @@ def test_what_was_not_tried_is_not_there_and_what_is_unknown_is_named(
         keep(tmp_path, names=["CrKR"])
 
 
-@pytest.mark.parametrize("other", [{"profile": "full"}, {"seed": 8}])
-def test_results_of_another_profile_or_seed_are_not_overwritten(
+@pytest.mark.parametrize(
+    "other", [{"profile": "full"}, {"seed": 8}, {"engine": "mujoco"}]
+)
+def test_results_of_another_profile_seed_or_engine_are_not_overwritten(
     other, tmp_path, monkeypatch
 ):
     monkeypatch.setitem(PROFILES, "quick", LEAST)
@@ -434,6 +436,20 @@ def test_results_of_another_profile_or_seed_are_not_overwritten(
         ):
             keep(tmp_path, names=names)
     assert path.read_bytes() == before
+
+
+def test_policies_may_be_executed_in_the_other_engine(tmp_path, monkeypatch):
+    pytest.importorskip("mujoco")
+    monkeypatch.setitem(PROFILES, "quick", replace(LEAST, methods=("mean policy",)))
+    found = [
+        keep(tmp_path / engine, engine=engine) for engine in ("pybullet", "mujoco")
+    ]
+    here, there = (one["cells"][0]["measures"] for one in found)
+    assert there["mse, gate learned"] == here["mse, gate learned"]
+    error = here["error_cm"]["mean policy"]["mean"]  # nothing is touched
+    assert there["error_cm"]["mean policy"]["mean"] == pytest.approx(error, rel=1e-9)
+    assert "mujoco-core" in found[1]["provenance"]["versions"]
+    assert found[1]["provenance"]["command"].endswith("--engine mujoco")
 
 
 def test_a_name_that_is_nearly_one_is_answered_with_it():

@@ -11,7 +11,7 @@ import hashlib
 import json
 import shlex
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from functools import partial
 from importlib import metadata
@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from msc._parallel import call_in_order
 from msc.data import Dataset, describe_origin, find_data, find_jumps, load_dataset
 from msc.learn import SMCE
-from msc.robot import Workspace
+from msc.robot import Physics, Workspace, cached_arm
 from msc.study._choices import measure_elbows
 from msc.study._gates import average_gates, compare_gates
 from msc.study._measure import RAW, measure_method
@@ -42,7 +42,9 @@ from msc.study._summaries import summarise_cell
 from msc.study._trial import away_from_jumps
 from press import checksum
 
-_PACKAGES = ("numpy", "scikit-learn", "cvxpy", "pybullet")
+_PACKAGES = ("numpy", "scikit-learn", "cvxpy")
+_PACKAGE_OF = {"pybullet": "pybullet", "mujoco": "mujoco-core"}  # each engine
+_ENGINE = Physics.engine  # in which policies are searched
 _OF_CODE = "protocol", "code"  # of what results rest on
 AT_RANDOM = 15  # training sets of each size at most, where they are drawn at random
 
@@ -139,6 +141,7 @@ def run_study(
     names: Iterable[str] | None = None,
     profile: str = "quick",
     seed: int = 0,
+    engine: str = _ENGINE,
     recheck: bool = False,
     jobs: int = 1,
     progress: bool = False,
@@ -158,6 +161,8 @@ def run_study(
         How much to do, see `PROFILES`.
     seed : int, default=0
         Seed of the training sets and the clustering.
+    engine : {"pybullet", "mujoco"}, default="pybullet"
+        In which engine predicted policies are executed.
     recheck : bool, default=False
         What is stale because code has changed, and nothing else, is tried again on the
         first training set of each design and size; if all errors come out the same, to
@@ -175,10 +180,10 @@ def run_study(
     Raises
     ------
     ValueError
-        If the workspace, the profile or a method is unknown, the data are unusable,
-        results of another profile or seed are there, which are never overwritten, or
-        results of other tables, another protocol or other code, of a method that is not
-        among those to be tried.
+        If the workspace, profile, engine or a method is unknown, the data are unusable,
+        results of another profile, seed or engine are there, which are never
+        overwritten, or results of other tables, another protocol or other code, of a
+        method that is not among those to be tried.
     """
     effort = _effort(profile)
     wanted = tuple(effort.methods if names is None else names)
@@ -186,12 +191,14 @@ def run_study(
         raise ValueError(
             f"methods={unknown} are unknown; wanted some of {_alike(unknown)}"
         )
-    _check_kept(folder, profile, seed)
+    where = _workspace(world, engine)
+    cached_arm(where)  # refuses, before the work, an engine that is not installed
+    _check_kept(folder, profile, seed, engine)
     datasets = grid, test = load_dataset(world), load_dataset(f"{world}_test")
     sets = list_sets(effort, grid.tasks, seed)
-    origin = partial(_about, world, effort, sets, profile=profile, seed=seed)
+    origin = partial(_about, where, effort, sets, profile=profile, seed=seed)
     how: dict[str, Any] = {"jobs": jobs, "progress": progress}
-    work = partial(_fit_and_test, world, datasets=datasets, seed=seed)
+    work = partial(_fit_and_test, where, datasets=datasets, seed=seed)
     for name in wanted:
         path = method_path(folder, world, name)
         kept, wanted_of = Trials.read(path), origin(name)
@@ -210,34 +217,53 @@ def run_study(
         calls = [(name, chosen) for drawn in own.values() for chosen in drawn]
         found = call_in_order(work, calls, label=label, **how)
         _gather(own, found, wanted_of, len(test.tasks)).write(path)
-    known = read_trials(world, folder, profile=profile, seed=seed)
+    known = read_trials(world, folder, profile=profile, seed=seed, engine=engine)
     return {
         "workspace": world,
         "profile": profile,
         "seed": seed,
         "n_charts": N_CHARTS,
-        "provenance": _provenance(world, profile, seed),
+        "provenance": _provenance(world, profile, seed, engine),
         **_summarise(datasets, sets, known),
     }
 
 
-def _check_kept(folder: Path, profile: str, seed: int) -> None:
-    """Refuse, before the work, a folder with results of another profile or seed."""
+def _workspace(world: str, engine: str) -> Workspace:
+    """Return a headline world in an engine."""
+    one = Workspace.named(world)
+    return replace(one, physics=replace(one.physics, engine=engine))
+
+
+def _check_kept(folder: Path, profile: str, seed: int, engine: str) -> None:
+    """Refuse, before the work, results of another profile, seed or engine."""
     for path in sorted(folder.glob("methods/*/*.npz")):
         trials = Trials.read(path)
         if trials is None:  # torn
             continue
-        kept = trials.about.get("profile"), trials.about.get("seed")
-        if kept != (profile, seed):
+        about = trials.about
+        made_in = about.get("engine", _ENGINE)
+        kept = _options(about.get("profile"), about.get("seed"), made_in)
+        asked = _options(profile, seed, engine)
+        if kept != asked:
             raise ValueError(
-                f"{path} was made with --profile {kept[0]} --seed {kept[1]}, not "
-                f"--profile {profile} --seed {seed}; wanted the same, or another "
-                "--out-dir"
+                f"{path} was made with {kept}, not {asked}; wanted the same, or "
+                "another --out-dir"
             )
 
 
+def _options(profile: Any, seed: Any, engine: str) -> str:
+    """Write what a study is asked for, as its command has it."""
+    told = f"--profile {profile} --seed {seed}"
+    return told if engine == _ENGINE else f"{told} --engine {engine}"
+
+
 def read_trials(
-    world: str, folder: Path, *, profile: str = "full", seed: int = 0
+    world: str,
+    folder: Path,
+    *,
+    profile: str = "full",
+    seed: int = 0,
+    engine: str = _ENGINE,
 ) -> dict[str, Trials]:
     """Read what methods did in a world, of all whose results are there.
 
@@ -251,6 +277,8 @@ def read_trials(
         How much was done.
     seed : int, default=0
         As for `run_study`.
+    engine : {"pybullet", "mujoco"}, default="pybullet"
+        As for `run_study`.
 
     Returns
     -------
@@ -263,20 +291,20 @@ def read_trials(
         If the profile is unknown, or results are torn, or of other tables, another
         protocol or other code.
     """
-    effort, known = _effort(profile), {}
+    effort, known, where = _effort(profile), {}, _workspace(world, engine)
     sets = list_sets(effort, load_dataset(world).tasks, seed)
     for name in effort.methods:
         path = method_path(folder, world, name)
         if not path.exists():
             continue
         trials = Trials.read(path)
-        about = _about(world, effort, sets, name, profile=profile, seed=seed)
+        about = _about(where, effort, sets, name, profile=profile, seed=seed)
         if trials is None or not _agrees(trials, about):
             why = "rests on other tables, another protocol or other code"
             raise ValueError(
                 f"{name!r}: what is kept of it in {world!r} "
                 f"{'cannot be read' if trials is None else why}; make it anew: "
-                f"msc evaluate --profile {profile} --seed {seed} --out-dir {folder} "
+                f"msc evaluate {_options(profile, seed, engine)} --out-dir {folder} "
                 f"--methods {shlex.quote(name)}"
             )
         known[name] = trials
@@ -291,11 +319,11 @@ def _alike(unknown: Iterable[str]) -> list[str]:
 
 
 def _about(
-    world: str, effort: Profile, sets: Sets, name: str, *, profile: str, seed: int
+    where: Workspace, effort: Profile, sets: Sets, name: str, *, profile: str, seed: int
 ) -> dict[str, Any]:
     """Say what a method's results rest on."""
+    world, engine = where.name, where.physics.engine
     tables = (find_data() / f"{table}.csv" for table in (world, f"{world}_test"))
-    where = Workspace.named(world)
     own = sets_of(name, effort, sets).items()
     drawn = [[*key, *np.array(some).tolist()] for key, some in own]
     digest = hashlib.sha256(json.dumps(drawn).encode())
@@ -303,6 +331,7 @@ def _about(
     measure = "_plans" if hasattr(method, "plan") else "_measure"
     digest.update(identify_module(f"msc.study.{measure}").encode())
     return {
+        **({} if engine == _ENGINE else {"engine": engine}),
         "method": name,
         "world": world,
         "profile": profile,
@@ -310,7 +339,7 @@ def _about(
         "tables": {table.name: checksum(table) for table in tables},
         "protocol": digest.hexdigest(),
         "code": identify_estimator(method),
-        "versions": {package: metadata.version(package) for package in _PACKAGES},
+        "versions": _versions(engine),
     }
 
 
@@ -324,7 +353,7 @@ def _agrees(
 
 
 def _fit_and_test(
-    world: str,
+    where: Workspace,
     name: str,
     chosen: NDArray[np.intp],
     *,
@@ -332,7 +361,7 @@ def _fit_and_test(
     seed: int,
 ) -> dict[str, NDArray[Any]] | str:
     """Fit and test on one training set, in a worker; or tell why it failed."""
-    where, (grid, test) = Workspace.named(world), datasets
+    grid, test = datasets
     known = grid.tasks[chosen], grid.policies[chosen], grid.table["cost"][chosen]
     try:
         method = fit_methods(*known, names=[name], seed=seed, workspace=where)[name]
@@ -495,9 +524,16 @@ def _effort(profile: str) -> Profile:
     return PROFILES[profile]
 
 
-def _provenance(name: str, profile: str, seed: int) -> Any:
+def _provenance(
+    name: str, profile: str, seed: int, engine: str = _ENGINE
+) -> dict[str, Any]:
     """Say by which command, of which data, with which packages."""
     tables = (find_data() / f"{table}.csv" for table in (name, f"{name}_test"))
-    command = f"msc evaluate --profile {profile} --seed {seed}"
-    versions = {package: metadata.version(package) for package in _PACKAGES}
-    return {**describe_origin(command, *tables), "versions": versions}
+    command = f"msc evaluate {_options(profile, seed, engine)}"
+    return {**describe_origin(command, *tables), "versions": _versions(engine)}
+
+
+def _versions(engine: str) -> dict[str, str]:
+    """Return the versions of the packages that results owe their numbers to."""
+    packages = (*_PACKAGES, _PACKAGE_OF[engine])
+    return {package: metadata.version(package) for package in packages}
