@@ -2,6 +2,7 @@
 
 import json
 import math
+import shutil
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -39,9 +40,11 @@ from msc.worlds import (
     list_worlds,
     load_choices,
     load_questions,
+    locate_jumps,
     make_worlds,
     resample,
     search_worlds,
+    study_worlds,
 )
 from press import checksum
 
@@ -353,6 +356,33 @@ def test_verdicts_are_those_of_what_is_committed():
 
     found = judge_worlds(FOLDER, path.parent)
     assert json.loads(json.dumps(found)) == json.loads(path.read_text("utf-8"))
+
+
+def test_results_are_made_anew_when_their_tables_change(tmp_path, monkeypatch):
+    for end in (".toml", ".csv", "_test.csv"):
+        shutil.copy(FOLDER / f"layout01{end}", tmp_path)
+    shutil.copy(FOLDER / "datapackage.json", tmp_path)
+    monkeypatch.setattr("msc.worlds._jumps.bisect_world", lambda *_: {"jumps": []})
+    monkeypatch.setattr("msc.worlds._study.study_world", lambda *_: {"cells": []})
+    for work in (locate_jumps, study_worlds):
+        assert work(tmp_path, tmp_path / "new", ["layout01"]) == ["layout01"]
+        assert work(tmp_path, tmp_path / "new", ["layout01"]) == []
+    with pytest.raises(ValueError, match=r"has no layout02.toml; wanted the name of"):
+        locate_jumps(tmp_path, tmp_path, ["layout02"])
+    shutil.copy(FOLDER / "layout02.toml", tmp_path)
+    with pytest.raises(ValueError, match=r"no tables of it, .* msc worlds search lay"):
+        locate_jumps(tmp_path, tmp_path, ["layout02"])
+    shutil.copy(FOLDER / "layout02.toml", tmp_path / "layout01.toml")
+    with pytest.raises(ValueError, match=r"or of another world; wanted them searched"):
+        study_worlds(tmp_path, tmp_path, ["layout01"])
+    comment = (FOLDER / "layout01.toml").read_text("utf-8") + "# another\n"
+    (tmp_path / "layout01.toml").write_text(comment, "utf-8")
+    package = json.loads((tmp_path / "datapackage.json").read_text("utf-8"))
+    for one in package["resources"]:
+        one["world"] = checksum(tmp_path / "layout01.toml")
+    (tmp_path / "datapackage.json").write_text(json.dumps(package), "utf-8")
+    for work in (locate_jumps, study_worlds):
+        assert work(tmp_path, tmp_path / "new", ["layout01"]) == ["layout01"]
 
 
 # One's own, by command

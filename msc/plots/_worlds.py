@@ -7,13 +7,14 @@ is made of are the verdicts of `msc.worlds.judge_worlds`.
 from __future__ import annotations
 
 import html
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
+import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike, NDArray
@@ -29,7 +30,7 @@ from msc.plots._style import (
 )
 from msc.plots._world import draw_world
 from msc.robot import Workspace
-from msc.worlds import VARIANTS, Question, family_of
+from msc.worlds import Question
 
 ANSWER_SIGNS = {"holds": "●", "fails": "✕", "cannot tell": "○", "not asked": ""}
 _LOOKS: dict[str, dict[str, Any]] = {
@@ -37,7 +38,7 @@ _LOOKS: dict[str, dict[str, Any]] = {
     "fails": {"marker": "X", "mfc": "0.2", "mec": "0.2"},
     "cannot tell": {"marker": "o", "mfc": "white", "mec": "0.2"},
 }
-_FAMILY_WORDS = {
+FAMILY_WORDS = {
     "layout": "layouts of obstacles",
     "arm": "arms, no obstacles",
     "annulus": "goals in an annulus",
@@ -45,87 +46,94 @@ _FAMILY_WORDS = {
     "mujoco": "MuJoCo",
     "height": "a moving obstacle",
     "turn": "a turning home",
-    "variant": "variants",
 }
+_TOLD = "holds", "fails", "cannot tell"
 _TOUCHED = "touched", "touched_elsewhere"
 
 Array = NDArray[np.float64]
+Verdicts = Mapping[str, Any]
 
 
 @dataclass(frozen=True)
 class Matrix:
-    """Answers at a glance: a row a question, a column a world, or a variant.
+    """Answers at a glance: a row a question, a column a world, say.
 
     Attributes
     ----------
     caption : str
         What it shows.
-    groups : sequence of (str, sequence of str)
-        Columns that belong together: their title, and names.
+    groups : sequence of (str, dict from str to str)
+        Columns that belong together: their title, and their names and heads.
     rows : sequence of (str, dict from str to dict)
-        What was asked, and by column "answer" and, if it is a number, "value", "low"
-        and "high".
-    link : str
-        Where a cell leads, with the column's name for ``{}``; empty: nowhere.
+        Their heads, and by column "answer" and, if it is a number, "value", "low" and
+        "high"; whether it "differs" from what is expected.
+    address : callable, optional
+        Tells where the cells of a column lead.
     """
 
     caption: str
-    groups: Sequence[tuple[str, Sequence[str]]]
+    groups: Sequence[tuple[str, Mapping[str, str]]]
     rows: Sequence[tuple[str, Mapping[str, Mapping[str, Any]]]]
-    link: str = ""
+    address: Callable[[str], str] | None = None
+
+    @property
+    def _columns(self) -> list[str]:
+        """Names of all columns."""
+        return [name for _, heads in self.groups for name in heads]
 
     def __repr__(self) -> str:
         """Write it as text, a sign a cell."""
         lines = [self.caption]
         for words, answers in self.rows:
             signs = [
-                ANSWER_SIGNS[answers[name]["answer"]] or "·"
-                for _, names in self.groups
-                for name in names
+                ANSWER_SIGNS[answers[one]["answer"]] or "·" for one in self._columns
             ]
             lines.append(f"{''.join(signs)}  {words}")
         return "\n".join(lines)
 
     def _repr_html_(self) -> str:
         """Show it as a table."""
-        heads = "".join(
-            f'<th scope="colgroup" colspan="{len(names)}">{html.escape(title)}</th>'
-            for title, names in self.groups
+        titles = "".join(
+            f'<th scope="colgroup" colspan="{len(heads)}">{html.escape(title)}</th>'
+            for title, heads in self.groups
         )
-        names = [name for _, group in self.groups for name in group]
-        numbers = "".join(f'<th scope="col">{_short(name)}</th>' for name in names)
+        heads = "".join(
+            f'<th scope="col"><span>{html.escape(head)}</span></th>'
+            for _, heads in self.groups
+            for head in heads.values()
+        )
         rows = "".join(self._row(words, answers) for words, answers in self.rows)
         return (
             '<div class="msc-matrix"><table>'
             f"<caption>{html.escape(self.caption)}</caption><thead>"
-            f'<tr><td rowspan="2"></td>{heads}<th rowspan="2">●&nbsp;/&nbsp;✕&nbsp;/'
-            f"&nbsp;○</th></tr><tr>{numbers}</tr></thead><tbody>{rows}</tbody></table>"
+            f'<tr><td rowspan="2"></td>{titles}<th rowspan="2">●&nbsp;/&nbsp;✕&nbsp;/'
+            f"&nbsp;○</th></tr><tr>{heads}</tr></thead><tbody>{rows}</tbody></table>"
             "<p>● holds, ✕ fails, ○ cannot tell; blank: not asked.</p></div>"
         )
 
     def _row(self, words: str, answers: Mapping[str, Mapping[str, Any]]) -> str:
         """Write a row."""
-        cells, counts = [], dict.fromkeys(ANSWER_SIGNS, 0)
-        for _, names in self.groups:
-            for name in names:
-                answer = answers[name]["answer"]
-                counts[answer] += 1
-                sign, told = ANSWER_SIGNS[answer], f"{name}: {_tell(answers[name])}"
-                shown = sign
-                if sign and self.link:
-                    href = html.escape(self.link.format(name))
-                    shown = f'<a href="{href}">{sign}</a>'
-                kind = answer.replace(" ", "-")
-                title = html.escape(told)
-                cells.append(f'<td class="msc-{kind}" title="{title}">{shown}</td>')
-        total = " / ".join(str(counts[a]) for a in ("holds", "fails", "cannot tell"))
+        cells, given = [], [answers[name]["answer"] for name in self._columns]
+        for name in self._columns:
+            one = answers[name]
+            shown = ANSWER_SIGNS[one["answer"]]
+            if shown and self.address:
+                shown = f'<a href="{html.escape(self.address(name))}">{shown}</a>'
+            kinds = f"msc-{one['answer'].replace(' ', '-')}"
+            if one.get("differs"):
+                kinds += " msc-differs"
+            title = html.escape(f"{name}: {_tell(one)}")
+            cells.append(f'<td class="{kinds}" title="{title}">{shown}</td>')
+        total = " / ".join(
+            f"{given.count(one)}" for one in ANSWER_SIGNS if one in _TOLD
+        )
         head = f'<th scope="row">{html.escape(words)}</th>'
         return f"<tr>{head}{''.join(cells)}<td>{total}</td></tr>"
 
 
 def _short(name: str) -> str:
-    """Return a world's number, or a variant's name."""
-    return html.escape(name.lstrip("abcdefghijklmnopqrstuvwxyz").lstrip("0") or name)
+    """Return a world's number."""
+    return name.lstrip("abcdefghijklmnopqrstuvwxyz").lstrip("0")
 
 
 def _tell(answer: Mapping[str, Any]) -> str:
@@ -136,9 +144,7 @@ def _tell(answer: Mapping[str, Any]) -> str:
     return f"{Estimate.read(answer, 'value')}, {words}"
 
 
-def world_matrix(
-    verdicts: Mapping[str, Any], questions: Sequence[Question], link: str = ""
-) -> Matrix:
+def world_matrix(verdicts: Verdicts, questions: Sequence[Question]) -> Matrix:
     """Show what each world answers to each question.
 
     Parameters
@@ -147,31 +153,29 @@ def world_matrix(
         What `msc.worlds.judge_worlds` returned.
     questions : sequence of Question
         What was asked.
-    link : str, optional
-        Where a cell leads, with the world's name for ``{}``.
 
     Returns
     -------
     Matrix
-        A row a question, a column a world.
+        A row a question, a column a world; cells lead to the world's own section.
     """
     worlds = verdicts["worlds"]
-    families = [*_FAMILY_WORDS]
+    families = [*FAMILY_WORDS]
     shown = [name for name in worlds if worlds[name]["family"] != "variant"]
     shown.sort(key=lambda name: (families.index(worlds[name]["family"]), name))
     groups = [
-        (_FAMILY_WORDS[family], list(names))
-        for family, names in groupby(shown, lambda name: family_of(name).name)
+        (FAMILY_WORDS[family], {name: _short(name) for name in names})
+        for family, names in groupby(shown, lambda name: worlds[name]["family"])
     ]
     rows = [
         (one.question, {name: worlds[name]["answers"][one.id] for name in shown})
         for one in questions
     ]
-    return Matrix("What each world answers", groups, rows, link)
+    return Matrix("What each world answers", groups, rows, world_address)
 
 
-def variant_matrix(
-    verdicts: Mapping[str, Any], questions: Sequence[Question], base: str
+def assumption_matrix(
+    verdicts: Verdicts, questions: Sequence[Question], of: Mapping[str, str]
 ) -> Matrix:
     """Show what becomes of the answers if one choice of ours is another.
 
@@ -181,32 +185,130 @@ def variant_matrix(
         What `msc.worlds.judge_worlds` returned.
     questions : sequence of Question
         What was asked.
-    base : {"free", "obstacles"}
-        The headline world.
+    of : mapping of str to str
+        Of which headline worlds, or families, and their titles.
 
     Returns
     -------
     Matrix
-        A row a choice, a column a question.
+        A row a choice, a column a question; answers that differ from those with
+        nothing changed stand out.
     """
-    worlds = verdicts["worlds"]
-    rows = [
-        (words, worlds[f"{base}-{name}"]["answers"])
-        for name, (words, _) in VARIANTS.items()
-        if f"{base}-{name}" in worlds
+    own = {
+        name: {
+            row["choice"]: row for row in verdicts["assumptions"] if row["of"] == name
+        }
+        for name in of
+    }
+    asked = {
+        name: [
+            one
+            for one in questions
+            if any(_is_asked(row["answers"][one.id]) for row in rows.values())
+        ]
+        for name, rows in own.items()
+    }
+    groups = [
+        (of[name], {f"{name} {one.id}": one.id for one in asked[name]}) for name in of
     ]
-    asked = [
-        one.id
-        for one in questions
-        if any(answers[one.id]["answer"] != "not asked" for _, answers in rows)
+    table = []
+    for choice in dict.fromkeys(choice for rows in own.values() for choice in rows):
+        cells: dict[str, Mapping[str, Any]] = {}
+        for name, rows in own.items():
+            first = next(row for row in rows.values() if not row["changed"])
+            for one in asked[name]:
+                nothing = {"answer": "not asked"}
+                answer = rows[choice]["answers"][one.id] if choice in rows else nothing
+                differs = _is_asked(answer) and (
+                    answer["answer"] != first["answers"][one.id]["answer"]
+                )
+                cells[f"{name} {one.id}"] = {**answer, "differs": differs}
+        table.append((choice, cells))
+    return Matrix("One choice changed at a time", groups, table)
+
+
+def _is_asked(answer: Mapping[str, Any]) -> bool:
+    return bool(answer["answer"] != "not asked")
+
+
+def count_table(verdicts: Verdicts, questions: Sequence[Question]) -> pd.DataFrame:
+    """Count what worlds, and changed choices, answer.
+
+    Parameters
+    ----------
+    verdicts : dict
+        What `msc.worlds.judge_worlds` returned.
+    questions : sequence of Question
+        What was asked.
+
+    Returns
+    -------
+    DataFrame
+        A row a question: over worlds, and over choices, in how many it holds, fails,
+        cannot be told, and is not asked.
+    """
+    counts = verdicts["counts"]
+    columns = {
+        (over, f"{ANSWER_SIGNS[answer] or '–'} {answer}"): [
+            counts[one.id][over][answer] for one in questions
+        ]
+        for over in ("worlds", "assumptions")
+        for answer in ANSWER_SIGNS
+    }
+    rows = pd.Index([one.question for one in questions], name="asked")
+    return pd.DataFrame(columns, index=rows)
+
+
+@styled
+def plot_families(verdicts: Verdicts, questions: Sequence[Question]) -> Figure:
+    """Draw what families of worlds answer in the mean.
+
+    Parameters
+    ----------
+    verdicts : dict
+        What `msc.worlds.judge_worlds` returned.
+    questions : sequence of Question
+        Those whose answer is a ratio.
+
+    Returns
+    -------
+    Figure
+        A row a question, in it a mark a family: the mean of its worlds' ratios, with
+        its interval.
+    """
+    figure, axis = plt.subplots(figsize=(7.4, 0.62 * len(questions) + 0.8))
+    families = [
+        name
+        for name in FAMILY_WORDS
+        if any(name in verdicts["families"][one.id] for one in questions)
     ]
-    title = {"free": "without obstacles", "obstacles": "with obstacles"}[base]
-    return Matrix(f"One choice changed, {title}", [("questions", asked)], rows)
+    for number, name in enumerate(families):
+        shift = 0.7 * ((number + 0.5) / len(families) - 0.5)
+        look: dict[str, Any] = {
+            "color": chart_colour(number),
+            "marker": chart_marker(number),
+        }
+        label = FAMILY_WORDS[name]
+        for row, asked in enumerate(questions):
+            told = verdicts["families"][asked.id].get(name)
+            if told is None:
+                continue
+            one = Estimate.read(told, "value")
+            axis.plot(one.bounds, (row + shift,) * 2, color=look["color"], lw=1.2)
+            axis.plot(one.value, row + shift, ls="", ms=4.5, label=label, **look)
+            label = ""
+    axis.axvline(1, color="0.3", lw=1, ls="--")
+    axis.set(xscale="log", xlabel="error of the first over error of the second")
+    axis.xaxis.set_major_formatter("{x:g}")
+    axis.set_yticks(range(len(questions)), [one.id for one in questions])
+    axis.invert_yaxis()
+    axis.legend(loc="upper left", bbox_to_anchor=(1, 1), frameon=False)
+    return figure
 
 
 @styled
 def plot_payoff(
-    verdicts: Mapping[str, Any], questions: Sequence[Question], family: str = "layout"
+    verdicts: Verdicts, questions: Sequence[Question], family: str = "layout"
 ) -> Figure:
     """Draw ratios against how broken a world is.
 

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+import json
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 from tqdm import tqdm
@@ -29,3 +31,11 @@ def do_each(
         for number, found in run(function, calls):
             keep(number, found)
             bar.update(1 if sizes is None else sizes[number])
+
+
+def is_done(out: Path, origin: Mapping[str, Any]) -> bool:
+    """Whether a result is there, and rests on the tables that it would rest on now."""
+    if not out.is_file():
+        return False
+    kept: Any = json.loads(out.read_text("utf-8"))
+    return bool(kept["provenance"]["data"] == origin["data"])

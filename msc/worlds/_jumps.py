@@ -28,7 +28,8 @@ from msc.data import (
 )
 from msc.robot import Workspace, read_world
 from msc.search import search_policies
-from msc.worlds._each import do_each
+from msc.worlds._each import do_each, is_done
+from msc.worlds._search import check_searched
 from press import write_json
 
 N_HALVINGS = 6  # of a step of five degrees: to less than 1/8
@@ -71,7 +72,9 @@ def locate_jumps(
     list of str
         The worlds that were looked at.
     """
-    left = [name for name in names if not (out / f"jumps_{name}.json").is_file()]
+    files = {name: out / f"jumps_{name}.json" for name in names}
+    origins = {name: _origin(folder, name, seed) for name in files}
+    left = [name for name in files if not is_done(files[name], origins[name])]
     calls = [
         (
             read_world(folder / f"{name}.toml"),
@@ -84,13 +87,18 @@ def locate_jumps(
 
     def keep(number: int, found: dict[str, Any]) -> None:
         name = left[number]
-        tables = [folder / f"{name}{end}" for end in (".csv", ".toml")]
-        origin = describe_origin(f"msc worlds jumps {name} --seed {seed}", *tables)
-        told = {"world": name, "seed": seed, "provenance": origin, **found}
-        write_json(out / f"jumps_{name}.json", told)
+        told = {"world": name, "seed": seed, "provenance": origins[name], **found}
+        write_json(files[name], told)
 
     do_each(bisect_world, calls, keep, bar, jobs=jobs, dask=dask)
     return left
+
+
+def _origin(folder: Path, name: str, seed: int) -> dict[str, Any]:
+    """Say what the jumps of a world rest on."""
+    check_searched(folder, name)
+    tables = [folder / f"{name}{end}" for end in (".csv", ".toml")]
+    return describe_origin(f"msc worlds jumps {name} --seed {seed}", *tables)
 
 
 def bisect_world(world: Workspace, data: Dataset, seed: int = 0) -> dict[str, Any]:

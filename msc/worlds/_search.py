@@ -138,7 +138,7 @@ def search_worlds(
     """
     worlds = {name: read_world(folder / f"{name}.toml") for name in names}
     tasks = {name: list_tasks(world) for name, world in worlds.items()}
-    left = [name for name in worlds if not _is_there(folder, name, seed)]
+    left = [name for name in worlds if not _are_there(folder, name, seed)]
     sizes = {name: sum(map(len, both)) for name, both in tasks.items()}
     journals = None if dask else folder
     calls = [(worlds[name], tasks[name], seed, journals) for name in left]
@@ -183,13 +183,24 @@ def _journal(folder: Path | None, name: str) -> Path | None:
     return None if folder is None else folder / f".{name}.csv.partial"
 
 
-def _is_there(folder: Path, name: str, seed: int) -> bool:
-    """Whether both tables are, of this world and seed."""
+def check_searched(folder: Path, name: str) -> None:
+    """Refuse a world whose tables are missing, or of another world."""
+    if not (folder / f"{name}.toml").is_file():
+        raise ValueError(f"{folder} has no {name}.toml; wanted the name of a world")
+    if not _are_there(folder, name):
+        raise ValueError(
+            f"{name}: {folder} has no tables of it, or of another world; wanted them "
+            f"searched: msc worlds search {name}"
+        )
+
+
+def _are_there(folder: Path, name: str, seed: int | None = None) -> bool:
+    """Whether both tables are, of this world and, if given, seed."""
     package = {one["path"]: one for one in read_package(folder)["resources"]}
-    world = checksum(folder / f"{name}.toml")
+    wanted: dict[str, Any] = {"world": checksum(folder / f"{name}.toml")}
+    wanted |= {} if seed is None else {"seed": seed}
     for table in (f"{name}.csv", f"{name}_test.csv"):
         told, path = package.get(table, {}), folder / table
-        wanted = {"seed": seed, "world": world}
         if not path.is_file() or {key: told.get(key) for key in wanted} != wanted:
             return False
         if checksum(path) != told.get("hash"):

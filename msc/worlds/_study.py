@@ -29,7 +29,8 @@ from msc.study import (
     measure_plans,
     summarise_cell,
 )
-from msc.worlds._each import do_each
+from msc.worlds._each import do_each, is_done
+from msc.worlds._search import check_searched
 from press import replace_file
 
 SIZES = (12, 24, 50)
@@ -109,7 +110,9 @@ def study_worlds(
     list of str
         The worlds that were studied.
     """
-    left = [name for name in names if not (out / f"{name}.json").is_file()]
+    files = {name: out / f"{name}.json" for name in names}
+    origins = {name: _origin(folder, name, seed) for name in files}
+    left = [name for name in files if not is_done(files[name], origins[name])]
     calls = [
         (read_world(folder / f"{name}.toml"), *_load(folder, name), seed)
         for name in left
@@ -118,15 +121,19 @@ def study_worlds(
 
     def keep(number: int, found: dict[str, Any]) -> None:
         name = left[number]
-        tables = [folder / f"{name}{end}" for end in (".csv", "_test.csv", ".toml")]
-        origin = describe_origin(f"msc worlds study {name} --seed {seed}", *tables)
-        versions = {one: metadata.version(one) for one in _VERSIONS}
-        origin |= {"versions": versions}
-        told = {"world": name, "seed": seed, "provenance": origin, **found}
-        replace_file(out / f"{name}.json", format_study(told))
+        told = {"world": name, "seed": seed, "provenance": origins[name], **found}
+        replace_file(files[name], format_study(told))
 
     do_each(study_world, calls, keep, bar, jobs=jobs, dask=dask)
     return left
+
+
+def _origin(folder: Path, name: str, seed: int) -> dict[str, Any]:
+    """Say what the study of a world rests on."""
+    check_searched(folder, name)
+    tables = [folder / f"{name}{end}" for end in (".csv", "_test.csv", ".toml")]
+    told = describe_origin(f"msc worlds study {name} --seed {seed}", *tables)
+    return told | {"versions": {one: metadata.version(one) for one in _VERSIONS}}
 
 
 def _load(folder: Path, name: str) -> tuple[Dataset, Dataset]:

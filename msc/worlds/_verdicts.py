@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import binomtest, norm, spearmanr, t
+from scipy.stats import binomtest, norm, rankdata, spearmanr, t
 
 from msc.data import Dataset, load_dataset, step_sizes
 from msc.estimates import Average, Estimate, quotient, six_digits
@@ -30,11 +30,13 @@ from msc.worlds._questions import (
     load_kin,
     load_questions,
 )
+from msc.worlds._study import ALWAYS
 from msc.worlds._variants import UNCHANGED, VARIANTS
 
 HOLDS, FAILS, CANNOT_TELL, NOT_ASKED = "holds", "fails", "cannot tell", "not asked"
 ANSWERS = (HOLDS, FAILS, CANNOT_TELL, NOT_ASKED)
 _N_RESAMPLES = 5000
+_SIZE = 24  # training tasks of the standings
 
 Array = NDArray[np.float64]
 
@@ -66,6 +68,9 @@ def judge_worlds(folder: Path, results: Path) -> dict[str, Any]:
         - "counts": by question how many worlds, and how many changed choices, answer
           what.
         - "payoff": how ratios go with the size of jumps, over layouts.
+        - "standings": by family and method, with 24 tasks, how far from the goal
+          executed policies end (cm): the mean over worlds of logarithms with its
+          interval, the mean rank, and in how many worlds it ends nearest.
     """
     questions, kin = load_questions(folder / ASKED), load_kin(folder / ASKED)
     found = _load_worlds(folder, results)
@@ -95,6 +100,7 @@ def judge_worlds(folder: Path, results: Path) -> dict[str, Any]:
         "assumptions": assumptions,
         "counts": {one.id: _count(one, worlds, assumptions) for one in questions},
         "payoff": _payoff(worlds, questions),
+        "standings": _standings(found),
     }
 
 
@@ -111,7 +117,7 @@ class _World:
     study: Mapping[str, Any]
 
     def measure(self, asked: Question) -> list[_Part]:
-        """Find the numbers that a question is about."""
+        """Find the numbers that a question is about; none if not measured."""
         nothing = np.empty(0)
         if asked.measure == "jumps":
             return [_Part(Estimate(_count_jumps(self.jumps)), nothing, nothing)]
@@ -119,7 +125,8 @@ class _World:
         for size in asked.sizes:
             measures = find_cell(self.study, self.design, size)["measures"]
             of = measures[asked.measure]
-            top = of.get(asked.method)
+            if (top := of.get(asked.method)) is None:
+                return []
             for baseline in asked.baselines:
                 if baseline == "cost":
                     one = Average.read(top).estimate
@@ -191,9 +198,9 @@ def _rows_of_choices(
         rows.append(_row(family, VARIANTS[UNCHANGED][0], unchanged, unchanged))
         for words, asked in choices.items():
             answers = nothing | {
-                one.id: _over_worlds(one, _of_family(worlds, one, family))
+                one.id: _over_worlds(one, parts)
                 for one in asked
-                if unchanged[one.id] != nothing[one.id]
+                if family in one.families and (parts := _of_family(worlds, one, family))
             }
             rows.append(_row(family, words, answers, unchanged))
     return rows
@@ -280,7 +287,8 @@ def _of_family(
     worlds: Sequence[_World], asked: Question, family: str
 ) -> list[list[_Part]]:
     """Return the numbers of the worlds of a family."""
-    return [one.measure(asked) for one in worlds if one.family == family]
+    own = [one for one in worlds if one.family == family]
+    return [parts for one in own if (parts := one.measure(asked))]
 
 
 def _over_worlds(asked: Question, worlds: Sequence[list[_Part]]) -> dict[str, Any]:
@@ -372,7 +380,11 @@ def _levels(n_worlds: int, n_looks: int = 1) -> tuple[float, float]:
 
 
 def _discontinuity(data: Dataset, jumps: Mapping[str, Any]) -> dict[str, Any]:
-    """Say how broken a world is: jumps, their sizes, tasks beside one."""
+    """Say how broken a world is: jumps, their sizes, tasks beside one.
+
+    Somewhere round the circle reaching round either side of the base costs the same:
+    one jump of "on_circle" no arm can avoid.
+    """
     spread = float(np.sqrt(data.policies.var(axis=0).sum()))
     if "jumps" not in jumps:  # tasks of several numbers
         kept = [one["is_jump"] for one in jumps["bisected"]]
@@ -385,6 +397,7 @@ def _discontinuity(data: Dataset, jumps: Mapping[str, Any]) -> dict[str, Any]:
     sizes = [one["step_sizes"][-1] / spread for one in inside]
     return {
         "jumps": len(inside),
+        "on_circle": len(kept),
         "size": round(float(np.sum(sizes)), 6),
         "beside": round(2 * len(inside) / len(steps), 6),
     }
@@ -399,11 +412,44 @@ def _payoff(
     for asked in questions:
         if asked.predicate != "below" or len(layouts) < 4:
             continue
+        sizes = [one["size"] for one in layouts]
         values = [one["answers"][asked.id].get("value", nan) for one in layouts]
-        found = spearmanr([one["size"] for one in layouts], values)
+        if not np.ptp(sizes) or not np.ptp(values):
+            continue
+        found = spearmanr(sizes, values)
         n, rho = len(layouts), float(found.statistic)
         half = 1.96 * np.sqrt((1 + rho**2 / 2) / (n - 3))  # Bonett and Wright, 2000
         centre = np.arctanh(min(max(rho, -0.999), 0.999))
         low, high = np.tanh(centre - half), np.tanh(centre + half)
         told[asked.id] = Estimate(rho, float(low), float(high)).stored("rho")
     return told
+
+
+def _standings(worlds: Sequence[_World]) -> dict[str, dict[str, Any]]:
+    """Compare the methods that are tried on all training sets, over each family."""
+    told: dict[str, dict[str, Any]] = {}
+    for family in dict.fromkeys(one.family for one in worlds):
+        own = [one for one in worlds if one.family == family and family != "variant"]
+        cells = [find_cell(one.study, one.design, _SIZE) for one in own]
+        errors = [
+            [cell["measures"]["error_cm"][name]["mean"] for name in ALWAYS]
+            for cell in cells
+        ]
+        if not errors:
+            continue
+        logs, ranks = np.log(errors), rankdata(errors, axis=1)
+        told[family] = {
+            name: {
+                **_exponential(logs[:, k]).stored("error_cm"),
+                "rank": six_digits(float(ranks[:, k].mean())),
+                "first": int((ranks[:, k] == 1).sum()),
+            }
+            for k, name in enumerate(ALWAYS)
+        }
+    return told
+
+
+def _exponential(logs: Array) -> Estimate:
+    """Average numbers, given as logarithms, over worlds."""
+    low, high = np.exp(resample(logs))
+    return Estimate(float(np.exp(logs.mean())), float(low), float(high))
