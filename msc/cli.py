@@ -107,7 +107,13 @@ def make_subject(root: Path) -> Subject:
     claims = msc.claims.load_claims(root / msc.claims.CLAIMS)
     values["n_claims"] = sum(claim.could_fail for claim in claims)
     names = {page.stem for page in pages(root)}
-    fragments = msc.claims.claim_fragments(verdicts, names)
+    elsewhere = None
+    if (over := root / msc.claims.OVER_WORLDS).is_file():
+        found = json.loads(over.read_text("utf-8"))
+        asked = msc.worlds.load_questions(root / "data/worlds/asked.yml")
+        elsewhere = msc.claims.count_elsewhere(found, asked)
+        values |= msc.claims.elsewhere_values(found)
+    fragments = msc.claims.claim_fragments(verdicts, names, elsewhere)
     return Subject("msc", ("msc",), commands, values, fragments)
 
 

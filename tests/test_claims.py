@@ -525,14 +525,14 @@ def test_tables_link_each_claim_and_verdict(verdict_on):
         {"one": built_in, "two": BELOW | {"baseline": ["single"]}},
         study(mse={24: LOW}),
     )
-    *_, row, _ = table_markdown([found], {"fig3_free_24"}).splitlines()
+    *_, row, _ = table_markdown([found], {"fig3_free_24"}, {}).splitlines()
     assert row == (
         "| [Charts err less.](fig3_free_24) "
         "| [◇ by construction](claim-lower) | one: 0.5 [0.4, 0.6] × single; "
         "[other readings differ](claim-lower) |"
     )
-    assert "| Charts err less. |" in table_markdown([found], set())
-    section = sections_markdown([found], {"fig3_free_24"})
+    assert "| Charts err less. |" in table_markdown([found], set(), {})
+    section = sections_markdown([found], {"fig3_free_24"}, {})
     assert section.count("| reading | measured | wanted | verdict |") == 1
     assert "Charts err less. [Its chapter](fig3_free_24).\n" in section
     assert section.startswith("(claim-lower)=\n### lower: ◇ by construction\n")

@@ -9,6 +9,8 @@ construction, or cannot be tested.
 
 - `load_claims`: the file, checked
 - `judge_all`: every verdict, whoever asks; `show_claims` shows some in a chapter
+- `count_elsewhere`, `elsewhere_values`, `write_counts`, `OVER_WORLDS`: what the worlds
+  of `msc.worlds` answer to it
 - `summarise`, `tally`, `claim_fragments`, `with_summary`: verdicts as data and as pages
 """
 
@@ -18,6 +20,12 @@ from press import face
 
 if TYPE_CHECKING:
     from msc.claims._claims import load_claims
+    from msc.claims._elsewhere import (
+        OVER_WORLDS,
+        count_elsewhere,
+        elsewhere_values,
+        write_counts,
+    )
     from msc.claims._judge import (
         CLAIMS,
         VERDICTS,

@@ -7,18 +7,23 @@ from collections.abc import Collection, Mapping, Sequence
 from itertools import product
 from typing import Any
 
+from msc.claims._elsewhere import Counts, write_counts
 from msc.claims._judge import BUILT_IN, SYMBOLS, VERDICTS, Verdict
 from press import label, paragraph, plain
 
 TABLE = "claims_table.md"
 SECTIONS = "claims_readings.md"
 
+Elsewhere = Mapping[str, Counts]  # by claim
+
 # Between these the README quotes the verdicts.
 BEGIN, END = "<!-- verdicts, by msc claims -->", "<!-- end of verdicts -->"
 
 
 def claim_fragments(
-    verdicts: Sequence[Verdict], pages: Collection[str]
+    verdicts: Sequence[Verdict],
+    pages: Collection[str],
+    elsewhere: Elsewhere | None = None,
 ) -> dict[str, str]:
     """Write what pages of the book include: the table, and all readings.
 
@@ -28,6 +33,9 @@ def claim_fragments(
         What `msc.claims.judge_all` returned; none before there are any.
     pages : collection of str
         Names of the book's pages; only these are linked to.
+    elsewhere : mapping, optional
+        What `msc.claims.count_elsewhere` returned; by default no other worlds are told
+        of.
 
     Returns
     -------
@@ -39,22 +47,30 @@ def claim_fragments(
         none = f"*No verdicts yet: `msc claims --out {VERDICTS}`.*\n"
         return {TABLE: none, SECTIONS: none}
     return {
-        TABLE: table_markdown(verdicts, pages),
-        SECTIONS: sections_markdown(verdicts, pages),
+        TABLE: table_markdown(verdicts, pages, elsewhere or {}),
+        SECTIONS: sections_markdown(verdicts, pages, elsewhere or {}),
     }
 
 
-def table_markdown(verdicts: Sequence[Verdict], pages: Collection[str]) -> str:
+def table_markdown(
+    verdicts: Sequence[Verdict], pages: Collection[str], elsewhere: Elsewhere
+) -> str:
     """Write the table that opens the book: links to chapters and to sections."""
-    rows = ["```{table}", ":widths: 5 2 4"]  # in shares of the page
-    rows += [_row("the paper claims", "here", "measured"), "|---|---|---|"]
+    heads = ["the paper claims", "here", "measured"]
+    heads += ["in other worlds"] if elsewhere else []
+    widths = "5 2 4 2" if elsewhere else "5 2 4"  # in shares of the page
+    rows = ["```{table}", f":widths: {widths}", _row(*heads), "|---" * len(heads) + "|"]
     for one in verdicts:
         claim, says = one.claim, plain(one.claim.claim)
         shown = f"[{label(says)}]({claim.chapter})" if claim.chapter in pages else says
         here = f"[{one.words}](claim-{claim.id})"
         more = f"; [other readings differ](claim-{claim.id})" if one.differs else ""
         more += "; could hardly fail" if claim.hardly_fails else ""
-        rows.append(_row(shown, here, f"{plain(one.measured)}{more}"))
+        cells = [shown, here, f"{plain(one.measured)}{more}"]
+        if elsewhere:
+            counts = elsewhere.get(claim.id)
+            cells.append(write_counts(counts["worlds"]) if counts else "not asked")
+        rows.append(_row(*cells))
     return "\n".join([*rows, "```"]) + "\n"
 
 
@@ -81,9 +97,12 @@ def tally(summary: Mapping[str, Mapping[str, Any]]) -> str:
     return ", ".join(f"{counts[name]} {name}" for name in SYMBOLS if counts[name])
 
 
-def sections_markdown(verdicts: Sequence[Verdict], pages: Collection[str]) -> str:
+def sections_markdown(
+    verdicts: Sequence[Verdict], pages: Collection[str], elsewhere: Elsewhere
+) -> str:
     """Write a section a claim, with its anchor: what each reading measured."""
-    return "\n\n".join(_section(one, pages) for one in verdicts) + "\n"
+    sections = [_section(one, pages, elsewhere.get(one.claim.id)) for one in verdicts]
+    return "\n\n".join(sections) + "\n"
 
 
 def summary_markdown(summary: Mapping[str, Mapping[str, Any]]) -> str:
@@ -126,7 +145,7 @@ def with_summary(page: str, summary: Mapping[str, Mapping[str, Any]]) -> str:
     return f"{before}{BEGIN}\n\n{table}\n{END}{after}"
 
 
-def _section(one: Verdict, pages: Collection[str]) -> str:
+def _section(one: Verdict, pages: Collection[str], counts: Counts | None) -> str:
     """Write the section of a claim."""
     claim = one.claim
     built_in = [
@@ -152,6 +171,10 @@ def _section(one: Verdict, pages: Collection[str]) -> str:
         else "",
         *(f"**By construction.** {plain(reason)}" for reason in built_in),
         f"**Why.** {plain(one.why)}" if one.why else "",
+        f"**Elsewhere.** In other worlds {write_counts(counts['worlds'])}; with one "
+        f"choice of ours changed {write_counts(counts['assumptions'])}."
+        if counts
+        else "",
     ]
     return "\n\n".join(paragraph for paragraph in paragraphs if paragraph)
 
