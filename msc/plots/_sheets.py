@@ -102,8 +102,8 @@ class Found(NamedTuple):
     """What is known of a world; None: not yet."""
 
     world: Workspace
-    train: Dataset | None
-    jumps: Mapping[str, Any] | None
+    train: Dataset | None = None
+    jumps: Mapping[str, Any] | None = None
     study: Mapping[str, Any] | None = None
     answers: Mapping[str, Any] | None = None
 
@@ -190,7 +190,7 @@ def _section(found: Found) -> str:
     """Write a world's section."""
     world, name = found.world, html.escape(found.world.name, quote=True)
     image = _encode(plot_sheet(world, found.train, found.jumps))
-    alt = html.escape(_alt(found), quote=True)
+    alt = html.escape(describe_picture(found), quote=True)
     files = [f"{name}.toml"]
     if found.train is not None:
         files += [f"{name}.csv", f"{name}_test.csv"]
@@ -240,7 +240,7 @@ def _tell_jumps(jumps: Mapping[str, Any] | None) -> str:
         return f"{large}, {kept} of {len(tried)} bisected ones jumps"
     inside = [one for one in _confirmed(jumps) if one["between_deg"][1] < 360]
     n_jumps = len(inside)
-    cut = " and one at the cut" * (n_jumps < len(_confirmed(jumps)))
+    cut = ", and one at the cut" * (n_jumps < len(_confirmed(jumps)))
     return f"{n_jumps or 'no'} jump{'s' * (n_jumps != 1)}{cut}"
 
 
@@ -261,7 +261,7 @@ def _missing(found: Found) -> str:
     )
 
 
-def _alt(found: Found) -> str:
+def describe_picture(found: Found) -> str:
     """Say what the picture of a world shows."""
     what = f"{found.world.name} from above, {', '.join(_describe(found.world))}"
     if found.train is None:
@@ -379,17 +379,12 @@ def plot_sheet(
         figure = plt.figure(figsize=(7.4, 3.2), layout="none")
         _draw_plan(_panel(figure, (0.29, 0.02, 0.42, 0.96)), world)
         return figure
-    figure = plt.figure(
-        figsize=(7.4, 4.5), layout="none"
-    )  # else it takes twice as long
-    goals, pieces = (
-        world.target(world.tasks_in(train.table)),
-        _pieces(world, train, jumps),
-    )
+    figure = plt.figure(figsize=(7.4, 4.5), layout="none")  # half the time
+    goals = world.target(world.tasks_in(train.table))
     above = _panel(figure, (0.0, 0.25, 0.43, 0.7))
     _draw_plan(above, world)
     _draw_jumps(above, world, jumps)
-    _draw_labels(above, goals, pieces)
+    _draw_labels(above, goals, tell_pieces(world, train, jumps))
     words = "goals of training tasks" if jumps is None else "goals, by pieces"
     figure.text(0.01, 0.955, words, fontsize=10)
     charts = build_method("charts", workspace=world).charts
@@ -415,7 +410,7 @@ def _panel(figure: Figure, box: tuple[float, float, float, float]) -> Axes:
     return axis
 
 
-def _pieces(
+def tell_pieces(
     world: Workspace, train: Dataset, jumps: Mapping[str, Any] | None
 ) -> Labels:
     """Tell which piece between jumps each task belongs to; none: not settled yet.
@@ -446,8 +441,8 @@ def _draw_round(axis: Axes, world: Workspace, shift: Shift) -> None:
     rims = [one[1:] for one in world.further if one.name == "radius_m"]
     for radius in rims[0] if rims else (world.goal_radius,):
         axis.add_patch(Disc(shift, radius, fill=False, **VIEWS["movement"].goals))
-    for x, y, radius in np.add(world.circles, (*shift, 0)).reshape(-1, 3).tolist():
-        axis.add_patch(Disc((x, y), radius, color="black"))
+    for x, y, radius in world.circles:
+        axis.add_patch(Disc((x + shift[0], y + shift[1]), radius, color="black"))
 
 
 def _draw_jumps(
@@ -488,7 +483,7 @@ def _draw_weights(
 ) -> None:
     """Draw weights over the task angle, with jumps as lines."""
     n_columns = train.policies.shape[1] // 2
-    box = {"left": 0.5, "right": 0.985, "bottom": 0.36, "top": 0.9}
+    box = {"left": 0.5, "right": 0.975, "bottom": 0.36, "top": 0.9}
     grid = figure.add_gridspec(2, n_columns, wspace=0.45, hspace=0.32, **box)
     for number, weights in enumerate(train.policies.T):
         row, column = divmod(number, n_columns)
@@ -497,7 +492,7 @@ def _draw_weights(
             axis.axvline(place, color="0.75", lw=0.8, zorder=1)
         _draw_labels(axis, np.c_[train.task_deg, weights], labels, size=2)
         name = f"$w_{column + 1}^{'xy'[row]}$"
-        axis.set_title(name, loc="right", pad=2)
+        axis.set_title(name, loc="right", y=1.0, pad=2)  # else it is sought for long
         axis.set(xlim=(0, 360), ylim=widen(weights, 0.08), xticks=(0, 180, 360))
         axis.tick_params(labelsize=SMALL, labelbottom=row == 1, pad=2)
         if row == 1:
@@ -559,7 +554,7 @@ def plot_contact_sheet(
         _draw_plan(axis, found.world, shift)
         if found.train is not None:
             goals = found.world.target(found.world.tasks_in(found.train.table))
-            pieces = _pieces(found.world, found.train, found.jumps)
+            pieces = tell_pieces(found.world, found.train, found.jumps)
             _draw_labels(axis, goals + shift, pieces, size=1.8)
             _draw_jumps(axis, found.world, found.jumps, shift)
         _name(axis, name, shift)
