@@ -18,6 +18,7 @@ from msc.plots import (
     plot_breaks,
     plot_clusterings,
     plot_composition,
+    plot_contact_sheet,
     plot_coverage,
     plot_curves,
     plot_elbows,
@@ -40,6 +41,7 @@ from msc.plots import (
     plot_sample_sizes,
     plot_savings,
     plot_section_v,
+    plot_sheet,
     plot_stops,
     plot_sweep,
     plot_tasks,
@@ -54,6 +56,7 @@ from msc.plots import (
     slide_weight,
 )
 from msc.plots._graph import plot_graph
+from msc.plots._sheets import look_up
 from msc.search import SearchOptions, record_search
 from msc.study import METHODS, Experiment, Ranks
 
@@ -215,5 +218,7 @@ FIGURES = {
     plot_stops: lambda: plot_stops(experiment(), ["charts", "single regression"]),
     plot_kernels: lambda: plot_kernels(*controls()),
     plot_ladder: lambda: plot_ladder(*controls()),
+    plot_sheet: lambda: plot_sheet(*look_up("layout07")[:3]),
+    plot_contact_sheet: lambda: plot_contact_sheet(["layout01", "arm6"] * 4),
     plot_projection: lambda: plot_projection(*controls()),
 }

@@ -37,11 +37,7 @@ def count_elsewhere(
         By claim, and by "worlds" and "assumptions": how often it holds, fails, cannot
         be told, and is not asked.
     """
-    drawn = {
-        name: one
-        for name, one in verdicts["worlds"].items()
-        if one["family"] != "variant"
-    }
+    worlds = verdicts["worlds"].values()
     over = {
         "worlds": [
             (one["family"], one["answers"])

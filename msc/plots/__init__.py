@@ -34,6 +34,7 @@ above, tasks in degrees.
 - `plot_stops`, `planned_stops`, `plot_kernels`, `plot_ladder`, `rung`,
   `plot_projection`, `projected_methods`, `means_by_size`, `count_wins`: what kernels,
   charts, gates and ends decide
+- `WorldSheets`, `plot_sheet`, `plot_contact_sheet`, `world_address`: many worlds
 - `plot_coverage`, `plot_other_coverage`, `coverage_table`, `GOOD_COVERAGE`: how sure
   intervals are
 """
@@ -84,6 +85,12 @@ if TYPE_CHECKING:
         plot_rollouts_spent,
         plot_tasks,
         slide_generations,
+    )
+    from msc.plots._sheets import (
+        WorldSheets,
+        plot_contact_sheet,
+        plot_sheet,
+        world_address,
     )
     from msc.plots._skill import plot_composition, plot_rivals, slide_predictions
     from msc.plots._stops import planned_stops, plot_stops

@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from msc.data import Dataset
 from msc.estimates import Estimate, rounded
+from msc.plots._sheets import world_address
 from msc.plots._style import (
     SMALL,
     TRIO,

@@ -1,0 +1,24 @@
+// A link to a folded section opens it; on paper all are open.
+(function () {
+  "use strict";
+  const sections = () => Array.from(document.querySelectorAll(".msc-sheets details"));
+  let folded = [];
+
+  function open() {
+    const section = document.getElementById(location.hash.slice(1));
+    if (section?.matches(".msc-sheets details")) {
+      section.open = true;
+      section.scrollIntoView();
+    }
+  }
+
+  window.addEventListener("load", open);
+  window.addEventListener("hashchange", open);
+  window.addEventListener("beforeprint", () => {
+    folded = sections().filter((section) => !section.open);
+    folded.forEach((section) => { section.open = true; });
+  });
+  window.addEventListener("afterprint", () => {
+    folded.forEach((section) => { section.open = false; });
+  });
+})();
