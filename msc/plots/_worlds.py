@@ -48,6 +48,25 @@ FAMILY_WORDS = {
     "height": "a moving obstacle",
     "turn": "a turning home",
 }
+QUESTION_WORDS = {
+    "broken": "broken at least once",
+    "broken-thrice": "broken three times",
+    "continuous": "not broken",
+    "mse": "MSE: one regression",
+    "mse-known": "MSE: … right chart known",
+    "mse-one-kernel": "MSE: … one kernel for both",
+    "crkr": "MSE: CrKr",
+    "every-size": "MSE: both, at every size",
+    "executed": "cm: one regression",
+    "executed-spread": "cm: … the spread",
+    "executed-one-kernel": "cm: … one kernel for both",
+    "as-good-as-search": "cost: as searched",
+    "more-charts": "MSE: one chart",
+    "too-many-charts": "MSE: eight charts",
+    "beats-nearest": "cm: nearest task",
+    "beats-interpolation": "cm: interpolation",
+}
+"""By what and against whom charts are asked, in a few words."""
 _TOLD = "holds", "fails", "cannot tell"
 _TOUCHED = "touched", "touched_elsewhere"
 
@@ -169,7 +188,10 @@ def world_matrix(verdicts: Verdicts, questions: Sequence[Question]) -> Matrix:
         for family, names in groupby(shown, lambda name: worlds[name]["family"])
     ]
     rows = [
-        (one.question, {name: worlds[name]["answers"][one.id] for name in shown})
+        (
+            QUESTION_WORDS[one.id],
+            {name: worlds[name]["answers"][one.id] for name in shown},
+        )
         for one in questions
     ]
     return Matrix("What each world answers", groups, rows, world_address)
@@ -210,7 +232,8 @@ def assumption_matrix(
         for name, rows in own.items()
     }
     groups = [
-        (of[name], {f"{name} {one.id}": one.id for one in asked[name]}) for name in of
+        (of[name], {f"{name} {one.id}": QUESTION_WORDS[one.id] for one in asked[name]})
+        for name in of
     ]
     table = []
     for choice in dict.fromkeys(choice for rows in own.values() for choice in rows):
@@ -269,7 +292,7 @@ def plot_families(verdicts: Verdicts, questions: Sequence[Question]) -> Figure:
     verdicts : dict
         What `msc.worlds.judge_worlds` returned.
     questions : sequence of Question
-        Those whose answer is a ratio.
+        Those whose answer is a ratio of two errors.
 
     Returns
     -------
@@ -301,9 +324,10 @@ def plot_families(verdicts: Verdicts, questions: Sequence[Question]) -> Figure:
     axis.axvline(1, color="0.3", lw=1, ls="--")
     axis.set(xscale="log", xlabel="error of the first over error of the second")
     axis.xaxis.set_major_formatter("{x:g}")
-    axis.set_yticks(range(len(questions)), [one.id for one in questions])
+    words = [QUESTION_WORDS[one.id] for one in questions]
+    axis.set_yticks(range(len(questions)), words)
     axis.invert_yaxis()
-    axis.legend(loc="upper left", bbox_to_anchor=(1, 1), frameon=False)
+    axis.legend(loc="lower left", bbox_to_anchor=(0, 1), ncol=3, frameon=False)
     return figure
 
 
@@ -345,7 +369,8 @@ def plot_payoff(
         axis.yaxis.set_major_formatter("{x:g}")
         rho = verdicts["payoff"].get(asked.id)
         told = f", ρ = {Estimate.read(rho, 'rho')}" if rho else ""
-        axis.set_title(f"{asked.id}{told}", loc="left", fontsize=SMALL + 1)
+        words = f"{QUESTION_WORDS[asked.id]}{told}"
+        axis.set_title(words, loc="left", fontsize=SMALL + 1)
         axis.set_ylabel("ratio")
     for axis in axes[-1]:
         axis.set_xlabel("sizes of all jumps, over the policies' spread")
