@@ -1,9 +1,14 @@
 """One small example of every figure and slider: what it needs, and a call."""
 
+from functools import cache
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
 import numpy as np
 import pandas as pd
 import pytest
 from imagined import imagine_controls
+from imagined_worlds import FOLDER, imagine_layouts
 
 import msc.plots._search
 from msc import SMCE, Arm, Workspace, load_dataset
@@ -22,7 +27,9 @@ from msc.plots import (
     plot_coverage,
     plot_curves,
     plot_elbows,
+    plot_engines,
     plot_execution,
+    plot_families,
     plot_fits,
     plot_followed,
     plot_generations,
@@ -30,7 +37,9 @@ from msc.plots import (
     plot_ladder,
     plot_leaderboard,
     plot_manifold,
+    plot_maps,
     plot_other_coverage,
+    plot_payoff,
     plot_poses,
     plot_projection,
     plot_quality,
@@ -42,6 +51,7 @@ from msc.plots import (
     plot_savings,
     plot_section_v,
     plot_sheet,
+    plot_standings,
     plot_stops,
     plot_sweep,
     plot_tasks,
@@ -57,8 +67,10 @@ from msc.plots import (
 )
 from msc.plots._graph import plot_graph
 from msc.plots._sheets import look_up
-from msc.search import SearchOptions, record_search
+from msc.robot import read_world
+from msc.search import SearchOptions, coordinates, draw_tasks, record_search
 from msc.study import METHODS, Experiment, Ranks
+from msc.worlds import load_questions
 
 NAMES = ("without obstacles", "with obstacles")
 
@@ -117,6 +129,44 @@ def predictions():
     with Arm(found.workspace) as arm:
         more = {"arm": arm, "degrees": [3.4, 123.4], "weight": 1}
         return slide_predictions(methods, X, y, **more).poster
+
+
+@cache
+def verdicts():
+    with TemporaryDirectory() as folder:
+        return imagine_layouts(Path(folder))
+
+
+def ratios():
+    asked = load_questions(FOLDER / "asked.yml")
+    return [one for one in asked if one.wanted == 1 and one.measure != "jumps"]
+
+
+def maps():
+    world = read_world(FOLDER / "annulus1.toml")
+    tasks = draw_tasks(world, 60)
+    table = pd.DataFrame(tasks, columns=list(world.task_names))
+    angles = np.deg2rad(table["task_deg"])
+    labels = (angles // 0.9).astype(int).to_numpy()
+    data = Dataset(coordinates(world, tasks), np.zeros((60, 6)), table)
+    error_cm = {"charts": angles, "single regression": 2 * angles}
+    shown = {"pieces": labels, "charts": labels // 2, "error_cm": error_cm}
+    return plot_maps(world, data, test=data, **shown)
+
+
+def engines():
+    rng = np.random.default_rng(0)
+    met = [number % 3 == 0 for number in range(72)]
+    one = {
+        "touched": met,
+        "touched_elsewhere": met,
+        "joints_rad": [0.1 if one else 1e-15 for one in met],
+        "cost": [0.05] * 72,
+        "cost_elsewhere": [
+            0.05 * rng.uniform(0.9, 1.3) if one else 0.05 for one in met
+        ],
+    }
+    return plot_engines({"worlds": {"layout01": one}})
 
 
 def weights():
@@ -221,4 +271,9 @@ FIGURES = {
     plot_sheet: lambda: plot_sheet(*look_up("layout07")[:3]),
     plot_contact_sheet: lambda: plot_contact_sheet(["layout01", "arm6"] * 4),
     plot_projection: lambda: plot_projection(*controls()),
+    plot_families: lambda: plot_families(verdicts(), ratios()),
+    plot_standings: lambda: plot_standings(verdicts()),
+    plot_payoff: lambda: plot_payoff(verdicts(), ratios()[:4]),
+    plot_maps: maps,
+    plot_engines: engines,
 }

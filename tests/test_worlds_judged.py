@@ -1,59 +1,17 @@
 """What worlds answer: of one, of a family, and with a choice of ours changed."""
 
-import json
-from pathlib import Path
-
-import numpy as np
 import pytest
+from imagined_worlds import FOLDER, LAYOUTS, imagine_layouts, imagine_world
 
-from msc.study import summarise_cell
 from msc.worlds import ANSWERS, judge_worlds, load_choices, load_questions
-from msc.worlds._study import ALWAYS
-from msc.worlds._study import CHOICES as CHANGED
 
-ROOT = Path(__file__).parents[1]
-FOLDER = ROOT / "data" / "worlds"
-LAYOUTS = [f"layout{k:02}" for k in range(1, 7)]
 QUESTIONS = {one.id: one for one in load_questions(FOLDER / "asked.yml")}
 CHOICES = load_choices(FOLDER / "asked.yml")
-NAMES = dict.fromkeys((*ALWAYS, *CHANGED), 1.0)
-
-
-def imagine(folder, name, factors, *, jumps=(), n_tasks=60, seed=0):
-    """Write what a world would be found like: errors of methods, by a factor each."""
-    rng = np.random.default_rng(seed)
-    base = np.exp(0.2 * rng.normal(size=(10, n_tasks)))
-    cells = []
-    for size in (12, 24, 50):
-        raw = {}
-        for number, (method, factor) in enumerate((NAMES | factors).items()):
-            noise = np.exp(0.05 * np.random.default_rng(number).normal(size=base.shape))
-            keys = "mse", "mse_known", "error_cm", "excess_cost"
-            raw[method] = dict.fromkeys(keys, factor * base * noise)
-            raw[method]["touched"] = np.zeros_like(base, bool)
-        summary = summarise_cell(raw, np.ones(n_tasks, bool), np.ones(n_tasks))
-        told = {"design": "even", "n_samples": size, "repetitions": 10}
-        cells.append(told | {"measures": summary["measures"]})
-    (folder / f"{name}.json").write_text(json.dumps({"cells": cells}))
-    found = [
-        {
-            "between_deg": [float(at), at + 5.0],
-            "located_deg": [at, at + 0.1],
-            "step_sizes": [90.0, 80.0],
-            "is_jump": kept,
-        }
-        for at, kept in jumps
-    ]
-    (folder / f"jumps_{name}.json").write_text(json.dumps({"jumps": found}))
 
 
 @pytest.fixture(scope="module")
 def found(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("studied")
-    factors = {"charts": 0.5, "charts, one kernel": 2.0, "CrKr": 0.5, "2 charts": 3.0}
-    for seed, name in enumerate(LAYOUTS):
-        imagine(folder, name, factors, jumps=[(10, True), (355, True)], seed=seed)
-    return judge_worlds(FOLDER, folder)
+    return imagine_layouts(tmp_path_factory.mktemp("studied"))
 
 
 def test_a_method_twice_as_good_holds_and_one_twice_as_bad_fails(found):
@@ -74,7 +32,7 @@ def test_a_method_twice_as_good_holds_and_one_twice_as_bad_fails(found):
 
 def test_an_effect_too_small_to_be_felt_does_not_hold(tmp_path):
     for seed, name in enumerate(LAYOUTS):
-        imagine(tmp_path, name, {"charts": 0.95}, seed=seed)
+        imagine_world(tmp_path, name, {"charts": 0.95}, seed=seed)
     found = judge_worlds(FOLDER, tmp_path)
     assert found["families"]["executed"]["layout"]["answer"] == "fails"
     assert found["families"]["executed"]["layout"]["high"] < 1  # but better it is
@@ -82,7 +40,7 @@ def test_an_effect_too_small_to_be_felt_does_not_hold(tmp_path):
 
 def test_worlds_that_differ_leave_a_mean_unsure(tmp_path):
     for seed, name in enumerate(LAYOUTS):
-        imagine(tmp_path, name, {"charts": [0.1, 4.0][seed % 2]}, seed=seed)
+        imagine_world(tmp_path, name, {"charts": [0.1, 4.0][seed % 2]}, seed=seed)
     found = judge_worlds(FOLDER, tmp_path)["families"]["executed"]["layout"]
     assert found["answer"] == "cannot tell"
     assert (found["holds"], found["fails"]) == (3, 3)
@@ -97,7 +55,7 @@ def test_only_confirmed_jumps_besides_the_cut_break_a_manifold(tmp_path):
         "layout03": [(10, True), (20, True), (30, True)],
     }
     for name, own in jumps.items():
-        imagine(tmp_path, name, {}, jumps=own)
+        imagine_world(tmp_path, name, {}, jumps=own)
     worlds = judge_worlds(FOLDER, tmp_path)["worlds"]
     assert [one["jumps"] for one in worlds.values()] == [1, 0, 3]
     assert [one["on_circle"] for one in worlds.values()] == [2, 1, 3]
@@ -124,7 +82,7 @@ def test_a_changed_choice_is_held_beside_the_unchanged(found):
 
 def test_a_variant_is_asked_what_24_tasks_can_answer(tmp_path):
     for name in ("obstacles-base", "obstacles-stiff", "free-base"):
-        imagine(tmp_path, name, {"charts": 0.5}, n_tasks=36)
+        imagine_world(tmp_path, name, {"charts": 0.5}, n_tasks=36)
     if not (FOLDER / "obstacles-stiff_test.csv").is_file():
         pytest.skip("the variants are being searched")
     found = judge_worlds(FOLDER, tmp_path)

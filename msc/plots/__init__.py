@@ -37,6 +37,8 @@ above, tasks in degrees.
 - `WorldSheets`, `plot_sheet`, `plot_contact_sheet`, `world_address`: many worlds
 - `plot_coverage`, `plot_other_coverage`, `coverage_table`, `GOOD_COVERAGE`: how sure
   intervals are
+- `world_matrix`, `assumption_matrix`, `count_table`, `plot_families`,
+  `plot_standings`, `plot_payoff`, `plot_maps`, `plot_engines`: what many worlds answer
 """
 
 from typing import TYPE_CHECKING
@@ -124,5 +126,15 @@ if TYPE_CHECKING:
         plot_fits,
     )
     from msc.plots._world import plot_workspaces
+    from msc.plots._worlds import (
+        assumption_matrix,
+        count_table,
+        plot_engines,
+        plot_families,
+        plot_maps,
+        plot_payoff,
+        plot_standings,
+        world_matrix,
+    )
 
 __all__, __getattr__, __dir__ = face(__name__, __file__)

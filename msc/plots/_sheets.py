@@ -377,22 +377,22 @@ def plot_sheet(
     """
     if train is None:
         figure = plt.figure(figsize=(7.4, 3.2), layout="none")
-        _draw_plan(_panel(figure, (0.29, 0.02, 0.42, 0.96)), world)
+        draw_plan(_panel(figure, (0.29, 0.02, 0.42, 0.96)), world)
         return figure
     figure = plt.figure(figsize=(7.4, 4.5), layout="none")  # half the time
     goals = world.target(world.tasks_in(train.table))
     above = _panel(figure, (0.0, 0.25, 0.43, 0.7))
-    _draw_plan(above, world)
+    draw_plan(above, world)
     _draw_jumps(above, world, jumps)
-    _draw_labels(above, goals, tell_pieces(world, train, jumps))
+    draw_labels(above, goals, tell_pieces(world, train, jumps))
     words = "goals of training tasks" if jumps is None else "goals, by pieces"
     figure.text(0.01, 0.955, words, fontsize=10)
     charts = build_method("charts", workspace=world).charts
     labels = charts.fit_predict(train.policies)
     if world.further:
         right = _panel(figure, (0.5, 0.25, 0.43, 0.7))
-        _draw_plan(right, world)
-        _draw_labels(right, goals, labels)
+        draw_plan(right, world)
+        draw_labels(right, goals, labels)
     else:
         _draw_weights(figure, train, labels, jumps)
     words = "goals" if world.further else "weights"
@@ -429,7 +429,7 @@ def tell_pieces(
     return find_pieces(n_tasks, edges, find_jump_edges(train.policies, edges))
 
 
-def _draw_plan(axis: Axes, world: Workspace, shift: Shift = (0.0, 0.0)) -> None:
+def draw_plan(axis: Axes, world: Workspace, shift: Shift = (0.0, 0.0)) -> None:
     """Draw a world from above with its arm at home, somewhere in a panel."""
     _draw_round(axis, world, shift)
     places = forward_kinematics(world.home, world.link_lengths)
@@ -464,7 +464,7 @@ def _places(jumps: Mapping[str, Any] | None) -> list[float]:
     return [float(np.mean(one["located_deg"])) for one in _confirmed(jumps)]
 
 
-def _draw_labels(axis: Axes, points: Array, labels: Labels, size: float = 4) -> None:
+def draw_labels(axis: Axes, points: Array, labels: Labels, size: float = 4) -> None:
     """Draw points, the first labels in colours and marks, all others grey."""
     for label in np.unique(np.minimum(labels, N_LABELS)):
         is_other = label == N_LABELS
@@ -490,7 +490,7 @@ def _draw_weights(
         axis = figure.add_subplot(grid[row, column])
         for place in _places(jumps):
             axis.axvline(place, color="0.75", lw=0.8, zorder=1)
-        _draw_labels(axis, np.c_[train.task_deg, weights], labels, size=2)
+        draw_labels(axis, np.c_[train.task_deg, weights], labels, size=2)
         name = f"$w_{column + 1}^{'xy'[row]}$"
         axis.set_title(name, loc="right", y=1.0, pad=2)  # else it is sought for long
         axis.set(xlim=(0, 360), ylim=widen(weights, 0.08), xticks=(0, 180, 360))
@@ -551,11 +551,11 @@ def plot_contact_sheet(
     for number, name in enumerate(names):
         row, column = divmod(number, N_COLUMNS)
         found, shift = look_up(name, folder, results), (APART * column, -APART * row)
-        _draw_plan(axis, found.world, shift)
+        draw_plan(axis, found.world, shift)
         if found.train is not None:
             goals = found.world.target(found.world.tasks_in(found.train.table))
             pieces = tell_pieces(found.world, found.train, found.jumps)
-            _draw_labels(axis, goals + shift, pieces, size=1.8)
+            draw_labels(axis, goals + shift, pieces, size=1.8)
             _draw_jumps(axis, found.world, found.jumps, shift)
         _name(axis, name, shift)
     bottom = -APART * (n_rows - 0.5)

@@ -21,15 +21,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from msc.data import Dataset
 from msc.estimates import Estimate, rounded
-from msc.plots._sheets import world_address
+from msc.plots._sheets import draw_labels, draw_plan, world_address
 from msc.plots._style import (
+    METHOD_STYLES,
     SMALL,
     TRIO,
     chart_colour,
     chart_marker,
     styled,
 )
-from msc.plots._world import draw_world
 from msc.robot import Workspace
 from msc.worlds import Question
 
@@ -332,6 +332,45 @@ def plot_families(verdicts: Verdicts, questions: Sequence[Question]) -> Figure:
 
 
 @styled
+def plot_standings(verdicts: Verdicts, family: str = "layout") -> Figure:
+    """Draw how near methods end, over the worlds of a family.
+
+    Parameters
+    ----------
+    verdicts : dict
+        What `msc.worlds.judge_worlds` returned.
+    family : str, default="layout"
+        Which family.
+
+    Returns
+    -------
+    Figure
+        A row a method, the best first: how far from the goal executed policies end
+        (cm), the mean of logarithms over worlds with its interval; at the end, its mean
+        rank, and in how many worlds it is the first.
+    """
+    standings = verdicts["standings"][family]
+    names = sorted(standings, key=lambda name: standings[name]["error_cm"])
+    figure, axis = plt.subplots(figsize=(7.4, 0.27 * len(names) + 0.7))
+    for row, name in enumerate(names):
+        one = Estimate.read(standings[name], "error_cm")
+        look = METHOD_STYLES.get(name, {"color": "0.45", "marker": "o"})
+        axis.plot(one.bounds, (row, row), color=look["color"], lw=1.4)
+        mark = look["marker"] or "|"
+        axis.plot(one.value, row, ls="", marker=mark, ms=5, color=look["color"])
+        told = f"{standings[name]['rank']:.1f}"
+        if first := standings[name]["first"]:
+            told += f", first in {first}"
+        axis.text(1.02, row, told, transform=axis.get_yaxis_transform(), va="center")
+    axis.text(1.02, -1, "mean rank", transform=axis.get_yaxis_transform(), va="center")
+    axis.set_yticks(range(len(names)), names)
+    axis.set(xscale="log", xlabel="executed distance (cm)")
+    axis.xaxis.set_major_formatter("{x:g}")
+    axis.invert_yaxis()
+    return figure
+
+
+@styled
 def plot_payoff(
     verdicts: Verdicts, questions: Sequence[Question], family: str = "layout"
 ) -> Figure:
@@ -368,9 +407,10 @@ def plot_payoff(
         axis.set_yscale("log")
         axis.yaxis.set_major_formatter("{x:g}")
         rho = verdicts["payoff"].get(asked.id)
-        told = f", ρ = {Estimate.read(rho, 'rho')}" if rho else ""
-        words = f"{QUESTION_WORDS[asked.id]}{told}"
-        axis.set_title(words, loc="left", fontsize=SMALL + 1)
+        axis.set_title(QUESTION_WORDS[asked.id], loc="left", fontsize=SMALL + 1)
+        if rho:
+            words = f"ρ = {Estimate.read(rho, 'rho')}"
+            axis.text(0.98, 0.03, words, transform=axis.transAxes, ha="right")
         axis.set_ylabel("ratio")
     for axis in axes[-1]:
         axis.set_xlabel("sizes of all jumps, over the policies' spread")
@@ -390,8 +430,8 @@ def plot_maps(
     world: Workspace,
     train: Dataset,
     *,
-    pieces: ArrayLike,
-    charts: ArrayLike,
+    pieces: NDArray[np.intp],
+    charts: NDArray[np.intp],
     test: Dataset,
     error_cm: Mapping[str, ArrayLike],
 ) -> Figure:
@@ -403,7 +443,7 @@ def plot_maps(
         Its tasks have an angle and a radius.
     train : Dataset
         Searched tasks.
-    pieces, charts : array_like of shape (n_train,)
+    pieces, charts : ndarray of shape (n_train,)
         The piece between jumps, and the chart, that each belongs to.
     test : Dataset
         Tasks tested on.
@@ -414,36 +454,33 @@ def plot_maps(
     -------
     Figure
         From above: goals of training tasks in the colour and mark of their piece, and
-        of their chart; goals of test tasks, the larger the farther the arm ended.
+        of their chart, the largest first; goals of test tasks, the larger the farther
+        the arm ended.
     """
-    figure, axes = plt.subplots(2, 2, figsize=(7.4, 7.2), sharex=True, sharey=True)
-    names = list(world.task_names)
-    goals, tested = (world.target(one.table[names].to_numpy()) for one in (train, test))
+    figure, axes = plt.subplots(2, 2, figsize=(7.4, 7.4))
+    goals, tested = (world.target(world.tasks_in(one.table)) for one in (train, test))
     titles = "pieces between jumps", "charts found"
     for axis, labels, title in zip(axes[0], (pieces, charts), titles, strict=True):
-        _draw_labels(axis, goals, np.asarray(labels))
+        draw_plan(axis, world)
+        draw_labels(axis, goals, _by_size(labels), size=3.5)
         axis.set_title(title, loc="left")
     for axis, (name, errors) in zip(axes[1], error_cm.items(), strict=True):
+        draw_plan(axis, world)
         far = np.asarray(errors, dtype=float)
         look = {"edgecolors": TRIO[0], "facecolors": "none", "linewidths": 0.9}
-        axis.scatter(*tested.T, s=4 + 40 * np.minimum(far, 10), **look)
+        axis.scatter(*tested.T, s=3 + 40 * np.minimum(far, 10), **look)
         mean = rounded(float(far.mean()), 2)
         axis.set_title(f"executed: {name}, mean {mean} cm", loc="left")
     for axis in axes.flat:
-        draw_world(axis, world, view="above")
-        axis.set(xlim=(-0.95, 0.95), ylim=(-0.95, 0.95))
+        axis.set(aspect="equal", xlim=(-0.95, 0.95), ylim=(-0.95, 0.95))
+        axis.set_axis_off()
     return figure
 
 
-def _draw_labels(axis: Axes, goals: Array, labels: NDArray[np.intp]) -> None:
-    """Draw goals, the six largest labels in colours, all others grey."""
-    by_size = np.argsort(-np.bincount(labels), kind="stable")
-    for place, label in enumerate(by_size):
-        own = goals[labels == label]
-        is_shown = place < 6
-        colour = chart_colour(place) if is_shown else "0.7"
-        marker = chart_marker(place) if is_shown else "x"
-        axis.plot(*own.T, ls="", marker=marker, ms=3.5, color=colour)
+def _by_size(labels: NDArray[np.intp]) -> NDArray[np.intp]:
+    """Renumber labels, the most frequent first."""
+    order = np.argsort(-np.bincount(labels), kind="stable")
+    return np.argsort(order)[labels]
 
 
 @styled
