@@ -19,8 +19,6 @@ from scipy.stats import binomtest, norm, rankdata, spearmanr, t
 
 from msc.data import Dataset, load_dataset, step_sizes
 from msc.estimates import Average, Estimate, quotient, six_digits
-from msc.robot import read_world
-from msc.study import find_cell
 from msc.worlds._draw import family_of
 from msc.worlds._questions import (
     ASKED,
@@ -36,7 +34,7 @@ from msc.worlds._variants import UNCHANGED, VARIANTS
 HOLDS, FAILS, CANNOT_TELL, NOT_ASKED = "holds", "fails", "cannot tell", "not asked"
 ANSWERS = (HOLDS, FAILS, CANNOT_TELL, NOT_ASKED)
 _N_RESAMPLES = 5000
-_SIZE = 24  # training tasks of the standings
+_FAR, _SIZE = "error_cm", 24  # measure and training tasks of the standings
 
 Array = NDArray[np.float64]
 
@@ -110,7 +108,6 @@ class _World:
 
     name: str
     family: str
-    design: str  # of training sets
     train: Dataset
     searched_cost: float  # of a test task
     jumps: Mapping[str, Any]
@@ -123,21 +120,41 @@ class _World:
             return [_Part(Estimate(_count_jumps(self.jumps)), nothing, nothing)]
         found = []
         for size in asked.sizes:
-            measures = find_cell(self.study, self.design, size)["measures"]
-            of = measures[asked.measure]
-            if (top := of.get(asked.method)) is None:
+            if (top := self.average(asked.measure, asked.method, size)) is None:
                 return []
             for baseline in asked.baselines:
                 if baseline == "cost":
-                    one = Average.read(top).estimate
-                    ratio = quotient(one, Estimate(self.searched_cost))
-                    bottoms = np.full(len(top["per_repetition"]), self.searched_cost)
+                    ratio = quotient(top.estimate, Estimate(self.searched_cost))
+                    bottoms = np.full(len(top.per_set), self.searched_cost)
                 else:
-                    bottom = of.get(baseline) or measures["mse, gate learned"][baseline]
-                    ratio = Average.read(top).over(Average.read(bottom))
-                    bottoms = np.array(bottom["per_repetition"])
-                found.append(_Part(ratio, np.array(top["per_repetition"]), bottoms))
+                    bottom = self.average(asked.measure, baseline, size)
+                    if bottom is None:  # it has no charts to be known
+                        bottom = self.average("mse, gate learned", baseline, size)
+                    if bottom is None:
+                        return []
+                    ratio, bottoms = top.over(bottom), bottom.per_set
+                found.append(_Part(ratio, top.per_set, bottoms))
         return found
+
+    def average(self, measure: str, method: str, size: int) -> Average | None:
+        """Average a method's errors over all training sets of a size."""
+        found = [
+            of[method]
+            for cell in self.study["cells"]
+            if cell["n_samples"] == size
+            and method in (of := cell["measures"].get(measure, {}))
+        ]
+        return _pool(found) if found else None
+
+
+def _pool(found: Sequence[Mapping[str, Any]]) -> Average:
+    """Join averages over training sets of several designs."""
+    weights = [len(one["per_repetition"]) for one in found]
+    averages = np.average([one["mean"] for one in found], weights=weights)
+    waves = np.average([one["waves"] for one in found], axis=0, weights=weights)
+    sets = np.concatenate([one["per_repetition"] for one in found])
+    told = {"mean": float(averages), "per_repetition": sets, "waves": waves}
+    return Average.read({"n_tasks": found[0]["n_tasks"], **told})
 
 
 def _load_worlds(folder: Path, results: Path) -> list[_World]:
@@ -148,12 +165,10 @@ def _load_worlds(folder: Path, results: Path) -> list[_World]:
         study = results / f"{name}.json"
         if not study.is_file():
             continue
-        is_circle = not read_world(folder / f"{name}.toml").further
         test = load_dataset(folder / f"{name}_test.csv").table
         world = _World(
             name=name,
             family=family_of(name).name,
-            design="even" if is_circle else "uniform",
             train=load_dataset(folder / f"{name}.csv"),
             searched_cost=float(test["cost"].mean()),
             jumps=json.loads(path.read_text("utf-8")),
@@ -430,11 +445,8 @@ def _standings(worlds: Sequence[_World]) -> dict[str, dict[str, Any]]:
     told: dict[str, dict[str, Any]] = {}
     for family in dict.fromkeys(one.family for one in worlds):
         own = [one for one in worlds if one.family == family and family != "variant"]
-        cells = [find_cell(one.study, one.design, _SIZE) for one in own]
-        errors = [
-            [cell["measures"]["error_cm"][name]["mean"] for name in ALWAYS]
-            for cell in cells
-        ]
+        averages = [[one.average(_FAR, name, _SIZE) for name in ALWAYS] for one in own]
+        errors = [[one.value for one in row if one is not None] for row in averages]
         if not errors:
             continue
         logs, ranks = np.log(errors), rankdata(errors, axis=1)
