@@ -30,7 +30,7 @@ def imagine_world(folder, name, factors, *, jumps=(), n_tasks=60, seed=0):
         summary = summarise_cell(raw, np.ones(n_tasks, bool), np.ones(n_tasks))
         told = {"design": "even", "n_samples": size, "repetitions": 10}
         cells.append(told | {"measures": summary["measures"]})
-    (folder / f"{name}.json").write_text(json.dumps({"cells": cells}))
+    (folder / f"{name}.json").write_text(json.dumps({"cells": cells}), "utf-8")
     found = [
         {
             "between_deg": [float(at), at + 5.0],
@@ -40,7 +40,7 @@ def imagine_world(folder, name, factors, *, jumps=(), n_tasks=60, seed=0):
         }
         for at, kept in jumps
     ]
-    (folder / f"jumps_{name}.json").write_text(json.dumps({"jumps": found}))
+    (folder / f"jumps_{name}.json").write_text(json.dumps({"jumps": found}), "utf-8")
 
 
 def imagine_layouts(folder):

@@ -78,7 +78,17 @@ def _count(answers: Iterable[str]) -> dict[str, int]:
 
 
 def write_counts(counts: Mapping[str, int]) -> str:
-    """Write counts with the signs of their answers; "not asked" if all are that.
+    """Write counts with the signs of their answers.
+
+    Parameters
+    ----------
+    counts : mapping of str to int
+        How often each of `msc.worlds.ANSWERS` was given.
+
+    Returns
+    -------
+    str
+        All but "not asked"; that, if there are no others.
 
     Examples
     --------
