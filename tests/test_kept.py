@@ -10,9 +10,12 @@ import numpy as np
 import pytest
 
 from msc.data import load_dataset
-from msc.study import METHODS, format_study, run_elbows, run_study
+from msc.robot import Workspace, read_world
+from msc.study import METHODS, find_cell, format_study, run_elbows, run_study
 from msc.study._store import Trials, method_path
 from msc.study._study import PROFILES, _fit_and_test, list_sets, sets_of
+from msc.worlds import locate_jumps, study_worlds
+from msc.worlds._study import ALWAYS, CHOICES, _try, list_world_sets
 
 ROOT = Path(__file__).parents[1]
 KEPT = ROOT / "data" / "results"
@@ -62,10 +65,45 @@ def test_one_training_set_of_each_tier_is_fitted_and_tested_again(world, tier):
     (design, n_samples), chosen = next(
         (key, sets[0]) for key, sets in own.items() if key[1] >= 24
     )
-    found = _fit_and_test(world, name, chosen, datasets=datasets, seed=0)
+    where = Workspace.named(world)
+    found = _fit_and_test(where, name, chosen, datasets=datasets, seed=0)
     kept = Trials.read(method_path(KEPT, world, name))
     for measure, errors in found.items():
         before = kept.errors[f"{design}/{n_samples}/{measure}"][0]
         # Contact magnifies rounding, which another processor does otherwise.
         same = np.isclose(errors, before, rtol=1e-3, atol=1e-6)
         assert same.mean() > 0.95, measure
+
+
+STUDIED = sorted(
+    path.stem
+    for path in (KEPT / "worlds").glob("*[0-9].json")
+    if not path.stem.startswith("jumps")
+)
+
+
+@pytest.mark.parametrize("name", STUDIED[::12])
+def test_a_training_set_of_a_world_is_fitted_and_tested_again(name):
+    folder = ROOT / "data" / "worlds"
+    world = read_world(folder / f"{name}.toml")
+    grid, test = (load_dataset(folder / f"{name}{end}.csv") for end in ("", "_test"))
+    units = world.task_units
+    datasets = [one._replace(tasks=one.tasks / units) for one in (grid, test)]
+    design, _, sets = next(
+        one for one in list_world_sets(datasets[0].tasks, 0) if one[1] == 24
+    )
+    study = json.loads((KEPT / "worlds" / f"{name}.json").read_text("utf-8"))
+    kept = find_cell(study, design, 24)["measures"]["mse, gate learned"]
+    for method in ("charts", "single regression", "nearest neighbour"):
+        found = _try(method, world, datasets, sets[0], 0)
+        before = kept[method]["per_repetition"][0]
+        assert np.mean(found["mse"]) == pytest.approx(before, rel=1e-3), method
+
+
+@pytest.mark.parametrize("name", STUDIED)
+def test_worlds_rest_on_their_tables(name):
+    folder, results = ROOT / "data" / "worlds", KEPT / "worlds"
+    assert locate_jumps(folder, results, [name]) == []
+    assert study_worlds(folder, results, [name]) == []
+    failed = json.loads((results / f"{name}.json").read_text("utf-8"))["failed"]
+    assert not {one.partition("/")[0] for one in failed} & {*ALWAYS, *CHOICES}
