@@ -46,8 +46,10 @@ GROUPS = {  # as in `METHODS`, and what a page says
     "rollouts": "with rollouts of their own",
     "projected": "projected onto the goal",
     "ladder": "charts known in part",
+    "choices": "another choice for the charts",
 }
-APART = ("projected", "ladder")  # of the groups: what knows more than a rival may
+# Of the groups: what knows more than a rival may, and what is nearly the charts again.
+APART = ("projected", "ladder", "choices")
 _UNKNOWN = "of another version"
 _HEADS = (  # what a column is sorted by, if by anything; what is above it
     ("name", "method", "kind"),
@@ -160,7 +162,7 @@ def plot_leaderboard(
         A key of `msc.study.MEASURES`.
     n_samples : int, default=24
         Evenly spaced training tasks.
-    apart : sequence of str, default=("projected", "ladder")
+    apart : sequence of str, default=("projected", "ladder", "choices")
         Groups of methods that are left out.
 
     Returns
@@ -229,7 +231,7 @@ def standings_table(
         Results of studies.
     method : str, default="charts"
         Whose place is told.
-    apart : sequence of str, default=("projected", "ladder")
+    apart : sequence of str, default=("projected", "ladder", "choices")
         Groups of methods that are left out.
 
     Returns

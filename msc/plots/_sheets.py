@@ -46,7 +46,7 @@ N_SHOWN = 8  # movements of a strip
 N_COLUMNS = 6  # of small worlds
 APART = 2.1  # m; from one small world to the next
 N_LABELS = 6  # as many colours and marks as charts have
-LEFT_OUT = "projected", "ladder", "number of charts"  # groups of methods
+LEFT_OUT = "projected", "ladder", "number of charts", "choices"  # groups
 PAGES = {
     "layout": "worlds_layouts",
     "priced": "worlds_priced",

@@ -72,7 +72,7 @@ def plot_times(times: Times, *, apart: Sequence[str] = APART) -> Figure:
     ----------
     times : mapping
         What `load_times` gives.
-    apart : sequence of str, default=("projected", "ladder")
+    apart : sequence of str, default=("projected", "ladder", "choices")
         Groups of methods that are left out.
 
     Returns
