@@ -43,6 +43,7 @@ def clearance(points: ArrayLike, circle: Circle) -> NDArray[np.float64]:
 
     Examples
     --------
+    >>> from msc.robot import forward_kinematics
     >>> arm = forward_kinematics([0.0, 0.0, 0.0], [0.40, 0.35, 0.25])
     >>> clearance(arm, Circle(0.5, 0.3, 0.1)).round(3)
     np.float64(0.28)
