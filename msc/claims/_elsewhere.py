@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from msc.estimates import Estimate
-from msc.worlds import ANSWERS, Question
+from msc.worlds import ANSWERS, Question, count_answers
 
 OVER_WORLDS = "data/results/worlds/verdicts.json"
 _SIGNS = dict(zip(ANSWERS, ("●", "✕", "○", "–"), strict=True))
@@ -52,7 +52,7 @@ def count_elsewhere(
     }
     return {
         claim: {
-            name: _count(
+            name: count_answers(
                 answers[asked.id]["answer"] if _is_of(claim, family) else ANSWERS[-1]
                 for family, answers in rows
             )
@@ -69,12 +69,6 @@ def _is_of(claim: str, family: str) -> bool:
     if "free" in words:
         return family in _FREE
     return "obstacles" not in words or family not in _FREE
-
-
-def _count(answers: Iterable[str]) -> dict[str, int]:
-    """Count answers."""
-    given = list(answers)
-    return {one: given.count(one) for one in ANSWERS}
 
 
 def write_counts(counts: Mapping[str, int]) -> str:

@@ -10,8 +10,8 @@ in *families*: all of one are drawn by one rule, and kept whatever comes out.
 - `locate_jumps` and, of one world, `bisect_world`: where policies leap
 - `VARIANTS`, `draw_variants`: choices of ours, changed one at a time
 - `compare_engines` and, of one world, `execute_elsewhere`: the other engine
-- `load_questions`, `load_choices`, `Question`, `judge_worlds`, `ANSWERS`, `resample`:
-  what is asked of worlds, and what they answer
+- `load_questions`, `load_choices`, `Question`, `judge_worlds`, `ANSWERS`,
+  `count_answers`, `resample`: what is asked of worlds, and what they answer
 - `study_worlds` and, of one world, `study_world`: methods against each other
 """
 
@@ -27,6 +27,6 @@ if TYPE_CHECKING:
     from msc.worlds._search import list_tasks, list_worlds, search_worlds
     from msc.worlds._study import list_tried, study_world, study_worlds
     from msc.worlds._variants import VARIANTS, draw_variants
-    from msc.worlds._verdicts import ANSWERS, judge_worlds, resample
+    from msc.worlds._verdicts import ANSWERS, count_answers, judge_worlds, resample
 
 __all__, __getattr__, __dir__ = face(__name__, __file__)

@@ -117,7 +117,8 @@ class _World:
         """Find the numbers that a question is about; none if not measured."""
         nothing = np.empty(0)
         if asked.measure == "jumps":
-            return [_Part(Estimate(_count_jumps(self.jumps)), nothing, nothing)]
+            count = len(_besides_the_cut(self.jumps))
+            return [_Part(Estimate(count), nothing, nothing)]
         found = []
         for size in asked.sizes:
             if (top := self.average(asked.measure, asked.method, size)) is None:
@@ -242,11 +243,27 @@ def _count(
     """Count answers over worlds, variants left out, and over changed choices."""
     drawn = [one for one in worlds.values() if one["family"] != "variant"]
     changed = [row for row in rows if row["changed"]]
-    told = {}
-    for over, of in (("worlds", drawn), ("assumptions", changed)):
-        answers = [one["answers"][asked.id]["answer"] for one in of]
-        told[over] = {answer: answers.count(answer) for answer in ANSWERS}
-    return told
+    return {
+        over: count_answers(one["answers"][asked.id]["answer"] for one in of)
+        for over, of in (("worlds", drawn), ("assumptions", changed))
+    }
+
+
+def count_answers(answers: Iterable[str]) -> dict[str, int]:
+    """Count answers.
+
+    Parameters
+    ----------
+    answers : iterable of str
+        Some of `ANSWERS`.
+
+    Returns
+    -------
+    dict of str to int
+        How often each of them was given.
+    """
+    given = list(answers)
+    return {one: given.count(one) for one in ANSWERS}
 
 
 @dataclass(frozen=True)
@@ -258,11 +275,14 @@ class _Part:
     bottoms: Array
 
 
-def _count_jumps(jumps: Mapping[str, Any]) -> int:
-    """Count confirmed jumps besides the cut."""
-    return sum(
-        one["is_jump"] and one["between_deg"][1] < 360 for one in jumps.get("jumps", [])
-    )
+def _confirmed(jumps: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    """Return the confirmed jumps of a circle; none of other tasks."""
+    return [one for one in jumps.get("jumps", []) if one["is_jump"]]
+
+
+def _besides_the_cut(jumps: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    """Return those that are not at the cut."""
+    return [one for one in _confirmed(jumps) if one["between_deg"][1] < 360]
 
 
 def _answer(asked: Question, parts: Sequence[_Part]) -> dict[str, Any]:
@@ -407,12 +427,11 @@ def _discontinuity(data: Dataset, jumps: Mapping[str, Any]) -> dict[str, Any]:
         told = {"jumps": None, "large": jumps["large"], "edges": jumps["edges"]}
         return told | {"confirmed": None if not kept else round(share, 6)}
     steps, _ = step_sizes(data.policies, closed=True)
-    kept = [one for one in jumps["jumps"] if one["is_jump"]]
-    inside = [one for one in kept if one["between_deg"][1] < 360]
+    inside = _besides_the_cut(jumps)
     sizes = [one["step_sizes"][-1] / spread for one in inside]
     return {
         "jumps": len(inside),
-        "on_circle": len(kept),
+        "on_circle": len(_confirmed(jumps)),
         "size": round(float(np.sum(sizes)), 6),
         "beside": round(2 * len(inside) / len(steps), 6),
     }
