@@ -483,7 +483,12 @@ def _add_worlds(commands: Commands) -> None:
     parser = commands.add_parser("worlds", help="draw worlds, search and study them")
     steps = "make", "search", "jumps", "study", "engines", "judge"
     parser.add_argument("step", choices=steps, help="what to do, in this order")
-    parser.add_argument("names", metavar="WORLD", nargs="*", help="which worlds (all)")
+    parser.add_argument(
+        "names",
+        metavar="WORLD",
+        nargs="*",
+        help="which worlds (all that are searched; to search: all)",
+    )
     parser.add_argument("--count", type=int, default=24, help="layouts to make (24)")
     add_seed(parser)
     add_jobs(parser)
@@ -508,7 +513,8 @@ def _run_worlds(options: argparse.Namespace) -> None:
         )
         print(f"{folder}: {len(made)} worlds")
         return
-    names = options.names or msc.worlds.list_worlds(folder)
+    searched = options.step != "search"
+    names = options.names or msc.worlds.list_worlds(folder, searched=searched)
     how = {"seed": options.seed, "jobs": options.jobs, "dask": options.dask}
     how |= {"progress": True}
     try:

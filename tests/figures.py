@@ -30,6 +30,7 @@ from msc.plots import (
     plot_engines,
     plot_execution,
     plot_families,
+    plot_finer_steps,
     plot_fits,
     plot_followed,
     plot_generations,
@@ -169,6 +170,19 @@ def engines():
     return plot_engines({"worlds": {"layout01": one}})
 
 
+def finer_steps():
+    one = {
+        "cost": [[2, 3], [2.1, 3], [2.2, 3]],
+        "impulse_n_s": [[1, 2], [3, 4], [1, 2]],
+    }
+    other = {
+        "cost": [[2, 3], [2, 3], [2.02, 3]],
+        "impulse_n_s": [[2, 2], [2, 3], [2, 3]],
+    }
+    steps = {"substeps": [4, 16, 64], "pybullet": one, "mujoco": other}
+    return plot_finer_steps({"steps": {"layout01": steps}})
+
+
 def weights():
     with Arm(Workspace.free()) as arm:
         return slide_weight(arm, np.zeros(6), 60, 1, [-30, 0, 30]).poster
@@ -276,4 +290,5 @@ FIGURES = {
     plot_payoff: lambda: plot_payoff(verdicts(), ratios()[:4]),
     plot_maps: maps,
     plot_engines: engines,
+    plot_finer_steps: finer_steps,
 }

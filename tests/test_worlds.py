@@ -33,6 +33,7 @@ from msc.worlds import (
     FAMILIES,
     VARIANTS,
     bisect_world,
+    compare_engines,
     draw_worlds,
     execute_elsewhere,
     family_of,
@@ -42,10 +43,13 @@ from msc.worlds import (
     load_questions,
     locate_jumps,
     make_worlds,
+    refine_steps,
     resample,
     search_worlds,
     study_worlds,
 )
+from msc.worlds._questions import load_kin
+from msc.worlds._study import ALWAYS, CHOICES, CHOICES_ASKED, _list_methods
 from press import checksum
 
 ROOT = Path(__file__).parents[1]
@@ -212,7 +216,10 @@ def small(tmp_path, monkeypatch):
 def test_worlds_are_searched_once(small):
     names = ["layout01", "layout02"]
     assert list_worlds(small)[:2] == names
+    with pytest.raises(ValueError, match="no world is searched; do so: msc worlds sea"):
+        list_worlds(small, searched=True)
     assert search_worlds(small, names) == names
+    assert list_worlds(small, searched=True) == names
     before = {path: path.read_bytes() for path in small.iterdir()}
     assert search_worlds(small, names) == []
     (small / "layout02_test.csv").unlink()
@@ -320,7 +327,32 @@ def test_of_many_large_edges_a_sample_is_bisected(monkeypatch):
     assert all(one["is_jump"] for one in found["bisected"])
 
 
+# Which methods are tried where
+
+
+def test_choices_of_ours_are_tried_where_they_are_asked():
+    tried = {name: _list_methods(DRAWN[name], 24, full=False) for name in DRAWN}
+    kin = load_kin(FOLDER / "asked.yml")
+    assert set(kin.values()) == set(CHOICES_ASKED)
+    for name, methods in tried.items():
+        asked = family_of(name).name in kin.values()
+        assert set(CHOICES) <= set(methods) if asked else methods == ALWAYS
+    world = DRAWN["layout09"]
+    assert _list_methods(world, 12, full=True) == ALWAYS
+    full = _list_methods(world, 24, full=True)
+    assert {"gradient boosting", *ALWAYS, *CHOICES} < set(full)
+    rollouts = {n for n, method in METHODS.items() if method.group == "rollouts"}
+    assert not rollouts & set(full)
+    assert rollouts <= set(_list_methods(DRAWN["layout02"], 24, full=True))
+
+
 # The other engine
+
+
+def test_only_searched_worlds_are_executed_elsewhere(small):
+    with pytest.raises(ValueError, match=r"layout01: .* searched: msc worlds search"):
+        compare_engines(small, small / "engines.json", ["layout01"])
+    assert not (small / "engines.json").exists()
 
 
 def test_without_contact_both_engines_do_the_same():
@@ -334,6 +366,20 @@ def test_without_contact_both_engines_do_the_same():
     told = execute_elsewhere(world, data)
     assert told["joints_rad"][0] < 1e-12
     assert told["cost"] == told["cost_elsewhere"]
+
+
+def test_finer_steps_are_taken_of_movements_that_touch():
+    pytest.importorskip("mujoco")
+    world = read_world(FOLDER / "layout02.toml")
+    data = load_dataset(FOLDER / "layout02.csv")
+    few = SimpleNamespace(table=data.table[::6], policies=data.policies[::6])
+    told, whole = refine_steps(world, few, (4, 8)), execute_elsewhere(world, few)
+    met = np.logical_and(whole["touched"], whole["touched_elsewhere"])
+    assert met.any()
+    assert told["pybullet"]["cost"][0] == list(np.array(whole["cost"])[met])
+    other = np.array(whole["impulse_n_s_elsewhere"])
+    assert told["mujoco"]["impulse_n_s"][0] == list(other[met])
+    assert told["mujoco"]["cost"][1] != told["mujoco"]["cost"][0]
 
 
 # Over worlds

@@ -38,7 +38,8 @@ above, tasks in degrees.
 - `plot_coverage`, `plot_other_coverage`, `coverage_table`, `GOOD_COVERAGE`: how sure
   intervals are
 - `world_matrix`, `assumption_matrix`, `count_table`, `plot_families`,
-  `plot_standings`, `plot_payoff`, `plot_maps`, `plot_engines`: what many worlds answer
+  `plot_standings`, `plot_payoff`, `plot_maps`: what many worlds answer
+- `plot_engines`, `plot_finer_steps`: the two engines
 """
 
 from typing import TYPE_CHECKING
@@ -62,6 +63,7 @@ if TYPE_CHECKING:
         plot_coverage,
         plot_other_coverage,
     )
+    from msc.plots._engines import plot_engines, plot_finer_steps
     from msc.plots._film import check_suffix, film, render, side_by_side
     from msc.plots._graph import (
         plot_affinity,
@@ -129,7 +131,6 @@ if TYPE_CHECKING:
     from msc.plots._worlds import (
         assumption_matrix,
         count_table,
-        plot_engines,
         plot_families,
         plot_maps,
         plot_payoff,

@@ -68,7 +68,6 @@ QUESTION_WORDS = {
 }
 """By what and against whom charts are asked, in a few words."""
 _TOLD = "holds", "fails", "cannot tell"
-_TOUCHED = "touched", "touched_elsewhere"
 
 Array = NDArray[np.float64]
 Verdicts = Mapping[str, Any]
@@ -481,43 +480,3 @@ def _by_size(labels: NDArray[np.intp]) -> NDArray[np.intp]:
     """Renumber labels, the most frequent first."""
     order = np.argsort(-np.bincount(labels), kind="stable")
     return np.argsort(order)[labels]
-
-
-@styled
-def plot_engines(engines: Mapping[str, Any]) -> Figure:
-    """Draw how far movements differ between the engines.
-
-    Parameters
-    ----------
-    engines : dict
-        What `msc.worlds.compare_engines` wrote.
-
-    Returns
-    -------
-    Figure
-        Left, shares of movements whose joints differ by no more than so much; right,
-        what they cost elsewhere over what they cost where they were searched. Apart:
-        those that met an obstacle in neither engine, and the others.
-    """
-    apart, own, elsewhere, *touched = (
-        np.concatenate([np.asarray(one[key]) for one in engines["worlds"].values()])
-        for key in ("joints_rad", "cost", "cost_elsewhere", *_TOUCHED)
-    )
-    ratio, met = elsewhere / own, np.any(touched, axis=0)
-    figure, (left, right) = plt.subplots(1, 2, figsize=(7.4, 2.9))
-    kinds = (
-        ("no contact", ~met, TRIO[0], "-"),
-        ("contact", met, TRIO[1], "--"),
-    )
-    for words, of, colour, dashes in kinds:
-        if not of.any():
-            continue
-        share = (np.arange(of.sum()) + 1) / of.sum()
-        look = {"color": colour, "ls": dashes, "label": f"{words} ({of.sum()})"}
-        left.step(np.sort(np.maximum(apart[of], 1e-17)), share, where="post", **look)
-        right.step(np.sort(ratio[of]), share, where="post", **look)
-    left.set(xscale="log", xlabel="largest difference of a joint (rad)")
-    left.set_ylabel("share of movements")
-    left.legend(loc="upper left")
-    right.set(xlabel="cost in the other engine, over its own")
-    return figure

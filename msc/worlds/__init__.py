@@ -9,7 +9,8 @@ in *families*: all of one are drawn by one rule, and kept whatever comes out.
 - `list_worlds`, `list_tasks`, `search_worlds`: their tasks, and the tables of them
 - `locate_jumps` and, of one world, `bisect_world`: where policies leap
 - `VARIANTS`, `draw_variants`: choices of ours, changed one at a time
-- `compare_engines` and, of one world, `execute_elsewhere`: the other engine
+- `compare_engines` and, of one world, `execute_elsewhere`, `refine_steps`: the other
+  engine
 - `load_questions`, `load_choices`, `Question`, `judge_worlds`, `ANSWERS`,
   `count_answers`, `resample`: what is asked of worlds, and what they answer
 - `study_worlds` and, of one world, `study_world`: methods against each other
@@ -21,7 +22,7 @@ from press import face
 
 if TYPE_CHECKING:
     from msc.worlds._draw import FAMILIES, Family, draw_worlds, family_of, make_worlds
-    from msc.worlds._engines import compare_engines, execute_elsewhere
+    from msc.worlds._engines import compare_engines, execute_elsewhere, refine_steps
     from msc.worlds._jumps import bisect_world, locate_jumps
     from msc.worlds._questions import Question, load_choices, load_questions
     from msc.worlds._search import list_tasks, list_worlds, search_worlds

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
+from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -11,15 +12,20 @@ import numpy as np
 from tqdm import tqdm
 
 from msc.data import Dataset, describe_origin, load_dataset
-from msc.robot import ENGINES, Arm, Workspace, read_world
+from msc.estimates import six_digits
+from msc.robot import ENGINES, Arm, Rollout, Workspace, read_world
 from msc.search import cost
+from msc.worlds._search import check_searched
 from press import write_json
+
+FINER = ("layout01", "layout02", "layout03", "layout04")  # where steps are divided
+SUBSTEPS = (4, 16, 64)
 
 
 def compare_engines(
     folder: Path, out: Path, names: Iterable[str], *, progress: bool = False
 ) -> None:
-    """Execute the policies of worlds in both engines.
+    """Execute the policies of worlds in both engines, and in `FINER` with finer steps.
 
     Parameters
     ----------
@@ -31,14 +37,24 @@ def compare_engines(
         Which worlds.
     progress : bool, default=False
         Whether to show a progress bar on standard error.
+
+    Raises
+    ------
+    ValueError
+        If one of them is not searched.
     """
-    listed, tables, worlds = list(names), [], {}
+    listed, tables, worlds, steps = list(names), [], {}, {}
+    for name in listed:
+        check_searched(folder, name)
     for name in tqdm(listed, desc="engines", unit="world", disable=not progress):
         world = read_world(folder / f"{name}.toml")
         tables += [folder / f"{name}.csv", folder / f"{name}.toml"]
-        worlds[name] = execute_elsewhere(world, load_dataset(folder / f"{name}.csv"))
+        data = load_dataset(folder / f"{name}.csv")
+        worlds[name] = execute_elsewhere(world, data)
+        if name in FINER:
+            steps[name] = refine_steps(world, data)
     origin = describe_origin("msc worlds engines", *tables)
-    write_json(out, {"provenance": origin, "worlds": worlds})
+    write_json(out, {"provenance": origin, "worlds": worlds, "steps": steps})
 
 
 def execute_elsewhere(world: Workspace, data: Dataset) -> dict[str, Any]:
@@ -74,8 +90,50 @@ def execute_elsewhere(world: Workspace, data: Dataset) -> dict[str, Any]:
             "impulse_n_s": [one.contact_impulse for one in rollouts],
         }
         for key, values in numbers.items():
-            told[f"{key}{suffix}"] = [float(f"{value:.6g}") for value in values]
+            told[f"{key}{suffix}"] = [six_digits(value) for value in values]
     apart = [
         float(np.abs(a.joints - b.joints).max()) for a, b in zip(*pair, strict=True)
     ]
     return told | {"joints_rad": [float(f"{value:.3g}") for value in apart]}
+
+
+def refine_steps(
+    world: Workspace, data: Dataset, substeps: Sequence[int] = SUBSTEPS
+) -> dict[str, Any]:
+    """Execute policies in both engines with ever finer steps of the physics.
+
+    Parameters
+    ----------
+    world : Workspace
+        The world.
+    data : Dataset
+        Its tasks and policies.
+    substeps : sequence of int, default=(4, 16, 64)
+        Steps of the physics in one of the controller, the world's own first.
+
+    Returns
+    -------
+    dict
+        "substeps", and by engine "cost" and "impulse_n_s": of each number of steps a
+        list, with the movements that meet an obstacle in both engines at the first.
+    """
+    tasks = world.tasks_in(data.table)
+    finest: dict[tuple[str, int], list[Rollout]] = {}
+    for engine, number in product(ENGINES, substeps):
+        physics = replace(world.physics, engine=engine, substeps=number)
+        with Arm(replace(world, physics=physics)) as arm:
+            finest[engine, number] = arm.execute_many(data.policies, tasks)
+    first = [[one.touched for one in finest[name, substeps[0]]] for name in ENGINES]
+    met = np.flatnonzero(np.all(first, axis=0))
+    told: dict[str, Any] = {"substeps": list(substeps)}
+    for name in ENGINES:
+        kept = [[finest[name, number][k] for k in met] for number in substeps]
+        told[name] = {
+            "cost": [
+                [six_digits(cost(one, world.cost)) for one in row] for row in kept
+            ],
+            "impulse_n_s": [
+                [six_digits(one.contact_impulse) for one in row] for row in kept
+            ],
+        }
+    return told

@@ -28,13 +28,15 @@ OPTIONS = SearchOptions(apart=0.3)  # tasks five degrees apart share less than n
 _OFFSETS_DEG = {60: 0.5, 36: 2.5}
 
 
-def list_worlds(folder: Path) -> list[str]:
+def list_worlds(folder: Path, *, searched: bool = False) -> list[str]:
     """List the worlds of a folder that are of a family, in the order of search.
 
     Parameters
     ----------
     folder : Path
         Where their files are.
+    searched : bool, default=False
+        Whether to leave out those that are not searched yet.
 
     Returns
     -------
@@ -56,6 +58,8 @@ def list_worlds(folder: Path) -> list[str]:
     ]
     if not found:
         raise ValueError(f"{folder} has no worlds; make some: msc worlds make")
+    if searched and not (found := [one for one in found if _are_there(folder, one)]):
+        raise ValueError(f"{folder}: no world is searched; do so: msc worlds search")
     return found
 
 

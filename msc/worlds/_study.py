@@ -29,6 +29,7 @@ from msc.study import (
     measure_plans,
     summarise_cell,
 )
+from msc.worlds._draw import family_of
 from msc.worlds._each import do_each, is_done
 from msc.worlds._search import check_searched
 from press import replace_file
@@ -57,7 +58,8 @@ ALWAYS = (
     "1 chart",
     "8 charts",
 )
-CHOICES = (  # … and on all sets of 24 tasks, as choices of ours changed
+CHOICES_ASKED = "layout", "arm"  # families; there, on all sets of 24 tasks, too:
+CHOICES = (
     "charts, k-means",
     "charts, GP gate",
     "charts, λ 1",
@@ -172,9 +174,8 @@ def study_world(
         found: dict[str, dict[str, list[Any]]] = {}
         is_first = design == ("uniform" if world.further else "even")
         for number, chosen in enumerate(sets):
-            full = n_samples == _ALL_AT and is_first and number < N_FULL
-            few = (*ALWAYS, *CHOICES) if n_samples == _ALL_AT else ALWAYS
-            for name in list_tried(world) if full else few:
+            is_full = is_first and number < N_FULL
+            for name in _list_methods(world, n_samples, full=is_full):
                 told = _try(name, world, (grid, new), chosen, seed)
                 if isinstance(told, str):
                     failed[f"{name}/{design}/{n_samples}/{number}"] = told
@@ -202,6 +203,16 @@ def study_world(
             }
         )
     return {"cells": cells, "failed": failed}
+
+
+def _list_methods(world: Workspace, n_samples: int, *, full: bool) -> tuple[str, ...]:
+    """List the methods that are tried on a training set, a full one or not."""
+    family = family_of(world.name).name
+    if n_samples != _ALL_AT or family == "variant":
+        return ALWAYS
+    if full:
+        return list_tried(world)
+    return (*ALWAYS, *CHOICES) if family in CHOICES_ASKED else ALWAYS
 
 
 def list_tried(world: Workspace) -> tuple[str, ...]:
