@@ -8,8 +8,9 @@ from typing import Any
 import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
-from msc.plots._style import TRIO, styled
+from msc.plots._style import SMALL, TRIO, styled
 
 _TOUCHED = "touched", "touched_elsewhere"
 
@@ -66,29 +67,41 @@ def plot_finer_steps(engines: Mapping[str, Any]) -> Figure:
     Returns
     -------
     Figure
-        Over the steps in one of the controller's, a line a world and an engine: left
-        the impulse of all contacts, the mean over movements; right by how much a cost
-        differs from that with the finest steps, the largest over movements.
+        Over the steps in one of the controller's, a line a world: the impulse of all
+        contacts in each engine, the mean over movements; by how much a cost differs
+        from that with the finest steps in the same engine, and by how much from that
+        in the other engine with the same steps, the largest over movements.
     """
-    figure, (left, right) = plt.subplots(1, 2, figsize=(7.4, 2.9))
+    figure, (left, middle, right) = plt.subplots(1, 3, figsize=(7.4, 2.6))
+    middle.sharey(right)
     looks = {
         "pybullet": {"color": TRIO[0], "marker": "o", "ls": "-", "label": "PyBullet"},
         "mujoco": {"color": TRIO[1], "marker": "s", "ls": "--", "label": "MuJoCo"},
     }
     for world in engines["steps"].values():
+        steps = world["substeps"]
+        costs = {engine: np.array(world[engine]["cost"]) for engine in looks}
         for engine, look in looks.items():
-            costs = np.array(world[engine]["cost"])
             impulses = np.mean(world[engine]["impulse_n_s"], axis=1)
-            left.plot(world["substeps"], impulses, ms=4, lw=1, **look)
-            apart = 100 * np.abs(costs / costs[-1] - 1).max(axis=1)
-            right.plot(world["substeps"][:-1], apart[:-1], ms=4, lw=1, **look)
+            left.plot(steps, impulses, ms=4, lw=1, **look)
+            apart = _farthest(costs[engine], costs[engine][-1])
+            middle.plot(steps[:-1], apart[:-1], ms=4, lw=1, **look)
             look["label"] = ""
-    for axis in (left, right):
-        axis.set_xscale("log", base=2)
-        axis.xaxis.set_major_formatter("{x:g}")
-        axis.set_xlabel("steps of the physics in one of the controller's")
-    left.set(yscale="log", ylabel="impulse, mean (N s)")
+        apart = _farthest(costs["mujoco"], costs["pybullet"])
+        right.plot(steps, apart, color="0.3", marker="D", ms=4, lw=1)
+        for axis in (left, middle, right):
+            axis.set_xscale("log", base=4)
+            axis.set_xticks(steps, [f"{one}" for one in steps])
+            axis.minorticks_off()
+    middle.set_xlabel("steps of the physics in one of the controller's")
+    left.set(yscale="log", title="impulse (N s)")
     left.yaxis.set_major_formatter("{x:g}")
-    right.set_ylabel("cost, largest change (%)")
-    left.legend(loc="lower left", bbox_to_anchor=(0, 1), ncol=2)
+    middle.set_title("cost, to the finest (%)")
+    right.set(title="cost, to the other (%)", ylim=(0, None))
+    middle.legend(*left.get_legend_handles_labels(), loc="upper right", fontsize=SMALL)
     return figure
+
+
+def _farthest(costs: NDArray[np.float64], others: NDArray[np.float64]) -> Any:
+    """Return the largest difference of costs in each row (%)."""
+    return 100 * np.abs(costs / others - 1).max(axis=1)
