@@ -33,13 +33,9 @@ new_tasks = np.linspace(-0.2, 2 * np.pi, 25)[:, None]
 
 @pytest.fixture(scope="module")
 def fitted():
-    wide = {"conditioned ProMP", "after Liu: mapped", "after Soni: stopped"}  # policies
-    wide |= {"charts, λ 100", "charts, raw form"}  # warn: the graph falls apart
-    names = [
-        name
-        for name, method in METHODS.items()
-        if "projected" not in name and name not in wide and method.group != "rollouts"
-    ]
+    names = [f"charts{part}" for part in ("", ", SVM gate", ", k-means", ", Matérn")]
+    names += [f"single{part}" for part in (" regression", ", Matérn", ", periodic")]
+    names += ["CrKr", "nearest neighbour", "mean policy", "zero policy"]
     return fit_methods(tasks, policies, cost, n_charts=2, names=names)
 
 
@@ -48,8 +44,7 @@ def test_a_method_is_fresh_can_be_cloned_and_predicts_policies(name):
     one, other = build_method(name, seed=1), build_method(name, seed=1)
     assert one is not other
     assert repr(clone(one)) == repr(one)
-    if METHODS[name].group == "rollouts":
-        cheaply(one, other)
+    cheaply(name, one, other)
     X, y = np.linspace(0.3, 6, 16)[:, None], rng.normal(size=(16, 6))
     if name == "after Soni: stopped":
         assert one.fit(X, y).plan(X[:3]).shape == (3, 67, 3)
@@ -59,12 +54,17 @@ def test_a_method_is_fresh_can_be_cloned_and_predicts_policies(name):
     np.testing.assert_array_equal(other.fit(X, y).predict(X[:3]), found)
 
 
-def cheaply(*methods):
-    """Let methods with rollouts practise a little, on what is quickly executed."""
+def cheaply(name, *methods):
+    """Let methods practise, or choose their hyper-parameters, with little effort."""
+    rollouts = {
+        "n_rollouts": 256,
+        "execute": lambda policies, X: 1 + policies[:, 0] ** 2,
+    }
     for method in methods:
-        method.estimator.set_params(
-            n_rollouts=400, execute=lambda policies, X: 1 + policies[:, 0] ** 2
-        )
+        if METHODS[name].group == "rollouts":
+            method.estimator.set_params(**rollouts)
+        searches = [one for one in method.get_params() if one.endswith("n_iter")]
+        method.set_params(**dict.fromkeys(searches, 1))
 
 
 def test_methods_with_rollouts_are_tried_on_few_sets_and_no_others():

@@ -203,10 +203,10 @@ def test_every_claim_is_asked_of_worlds_or_not_asked_for_a_reason():
 
 @pytest.fixture
 def small(tmp_path, monkeypatch):
-    few = replace(FAMILIES["layout"], n_train=4, n_test=3)
+    few = replace(FAMILIES["layout"], n_train=2, n_test=2)
     monkeypatch.setitem(FAMILIES, "layout", few)
-    monkeypatch.setattr(msc.worlds._search, "_OFFSETS_DEG", {3: 20.0})
-    brief = SearchOptions(apart=0.3, max_evaluations=20, max_sweeps=0)
+    monkeypatch.setattr(msc.worlds._search, "_OFFSETS_DEG", {2: 20.0})
+    brief = SearchOptions(apart=0.3, max_evaluations=10, max_sweeps=0)
     monkeypatch.setattr(msc.worlds._search, "OPTIONS", brief)
     monkeypatch.setattr("msc.worlds._draw._measure_cut", lambda _: 12.5)
     make_worlds(tmp_path, seed=0, count=2)
