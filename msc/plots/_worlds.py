@@ -68,6 +68,13 @@ QUESTION_WORDS = {
 }
 """By what and against whom charts are asked, in a few words."""
 _TOLD = "holds", "fails", "cannot tell"
+_STEPS = 0.5, 0.8, 1.25, 2.0
+_LEANINGS = (  # sides, and how far
+    ("for", 2, "half the error or less"),
+    ("for", 1, "below 0.8"),
+    ("against", 1, "above 1.25"),
+    ("against", 2, "twice the error or more"),
+)
 
 Array = NDArray[np.float64]
 Verdicts = Mapping[str, Any]
@@ -85,7 +92,8 @@ class Matrix:
         Columns that belong together: their title, and their names and heads.
     rows : sequence of (str, dict from str to dict)
         Their heads, and by column "answer" and, if it is a number, "value", "low" and
-        "high"; whether it "differs" from what is expected.
+        "high"; how far it "leans" to holding, from -2 to 2; whether it "differs" from
+        what is expected.
     address : callable, optional
         Tells where the cells of a column lead.
     """
@@ -127,7 +135,17 @@ class Matrix:
             f"<caption>{html.escape(self.caption)}</caption><thead>"
             f'<tr><td rowspan="2"></td>{titles}<th rowspan="2">●&nbsp;/&nbsp;✕&nbsp;/'
             f"&nbsp;○</th></tr><tr>{heads}</tr></thead><tbody>{rows}</tbody></table>"
-            "<p>● holds, ✕ fails, ○ cannot tell; blank: not asked.</p></div>"
+            "<p>● holds, ✕ fails, ○ cannot tell; blank: not asked."
+            f"{self._key()}</p></div>"
+        )
+
+    def _key(self) -> str:
+        """Explain the backgrounds, if there are any."""
+        if not any(one.get("leans") for _, of in self.rows for one in of.values()):
+            return ""
+        return "".join(
+            f' <span class="msc-{side}-{far}">&nbsp;{words}&nbsp;</span>'
+            for side, far, words in _LEANINGS
         )
 
     def _row(self, words: str, answers: Mapping[str, Mapping[str, Any]]) -> str:
@@ -139,6 +157,8 @@ class Matrix:
             if shown and self.address:
                 shown = f'<a href="{html.escape(self.address(name))}">{shown}</a>'
             kinds = f"msc-{one['answer'].replace(' ', '-')}"
+            if leans := one.get("leans"):
+                kinds += f" msc-{'for' if leans > 0 else 'against'}-{abs(leans)}"
             if one.get("differs"):
                 kinds += " msc-differs"
             title = html.escape(f"{name}: {_tell(one)}")
@@ -189,7 +209,7 @@ def world_matrix(verdicts: Verdicts, questions: Sequence[Question]) -> Matrix:
     rows = [
         (
             QUESTION_WORDS[one.id],
-            {name: worlds[name]["answers"][one.id] for name in shown},
+            {name: _leaning(one, worlds[name]["answers"][one.id]) for name in shown},
         )
         for one in questions
     ]
@@ -248,6 +268,15 @@ def assumption_matrix(
                 cells[f"{name} {one.id}"] = {**answer, "differs": differs}
         table.append((choice, cells))
     return Matrix("One choice changed at a time", groups, table)
+
+
+def _leaning(asked: Question, answer: Mapping[str, Any]) -> dict[str, Any]:
+    """Say how far a ratio leans to holding, sure or not."""
+    told = dict(answer)
+    if asked.predicate == "below" and told.get("value") is not None:
+        ratio = told["value"] / asked.wanted
+        told["leans"] = 2 - int(np.searchsorted(_STEPS, ratio, side="right"))
+    return told
 
 
 def _is_asked(answer: Mapping[str, Any]) -> bool:
