@@ -481,7 +481,7 @@ def _tell_results(out: Path, found: Any) -> None:
 def _add_worlds(commands: Commands) -> None:
     """Declare `msc worlds`."""
     parser = commands.add_parser("worlds", help="draw worlds, search and study them")
-    steps = "make", "search", "jumps", "study", "engines", "judge"
+    steps = "make", "search", "jumps", "study", "bands", "engines", "judge"
     parser.add_argument("step", choices=steps, help="what to do, in this order")
     parser.add_argument(
         "names",
@@ -522,12 +522,16 @@ def _run_worlds(options: argparse.Namespace) -> None:
             msc.worlds.search_worlds(folder, names, **how)
         elif options.step == "jumps":
             msc.worlds.locate_jumps(folder, options.out_dir, names, **how)
+        elif options.step == "bands":
+            msc.worlds.locate_bands(folder, options.out_dir, names, **how)
         elif options.step == "engines":
             out = options.out_dir / "engines.json"
             msc.worlds.compare_engines(folder, out, names, progress=True)
         elif options.step == "judge":
             out = options.out_dir / "verdicts.json"
-            write_json(out, msc.worlds.judge_worlds(folder, options.out_dir))
+            verdicts = msc.worlds.judge_worlds(folder, options.out_dir)
+            bands = msc.worlds.judge_bands(options.out_dir)
+            write_json(out, verdicts | {"bands": bands})
         else:
             msc.worlds.study_worlds(folder, options.out_dir, names, **how)
     except KeyboardInterrupt:

@@ -48,7 +48,9 @@ def test_a_page_without_such_cells_stays(monkeypatch):
 
 
 def test_without_the_heading_there_is_no_place_for_them():
-    with pytest.raises(ValueError, match=r"page\.ipynb: .* 'how', and the last heading"):
+    with pytest.raises(
+        ValueError, match=r"page\.ipynb: .* 'how', and the last heading"
+    ):
         move_making(page_of(section(HEADING), section("After")))
     page = new_document("book/page.ipynb")
     page += cell("parameters", TAG)

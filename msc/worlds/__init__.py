@@ -14,6 +14,7 @@ in *families*: all of one are drawn by one rule, and kept whatever comes out.
 - `load_questions`, `load_choices`, `Question`, `judge_worlds`, `ANSWERS`,
   `count_answers`, `resample`: what is asked of worlds, and what they answer
 - `study_worlds` and, of one world, `study_world`: methods against each other
+- `locate_bands` and, of one world, `measure_bands`, `judge_bands`: how sure skills are
 """
 
 from typing import TYPE_CHECKING
@@ -21,6 +22,7 @@ from typing import TYPE_CHECKING
 from press import face
 
 if TYPE_CHECKING:
+    from msc.worlds._bands import judge_bands, locate_bands, measure_bands
     from msc.worlds._draw import FAMILIES, Family, draw_worlds, family_of, make_worlds
     from msc.worlds._engines import compare_engines, execute_elsewhere, refine_steps
     from msc.worlds._jumps import bisect_world, locate_jumps

@@ -11,6 +11,7 @@ from tqdm import tqdm
 
 from msc._parallel import open_workers
 from msc.search import identify_code
+from press import write_json
 
 
 def do_each(
@@ -31,6 +32,37 @@ def do_each(
         for number, found in run(function, calls):
             keep(number, found)
             bar.update(1 if sizes is None else sizes[number])
+
+
+def fill(
+    what: str,
+    function: Callable[..., dict[str, Any]],
+    files: Mapping[str, Path],
+    load: Callable[[str], tuple[tuple[Any, ...], Mapping[str, Any]]],
+    write: Callable[[Path, Any], object] = write_json,
+    *,
+    seed: int,
+    jobs: int = 1,
+    dask: str | None = None,
+    progress: bool = False,
+) -> list[str]:
+    """Write the results of worlds that are not there yet, or rest on other tables.
+
+    Of a world `load` tells what the function is called with, before the seed, and what
+    its result rests on; all are asked before any is called.
+    """
+    loaded = {name: load(name) for name in files}
+    left = [name for name, (_, to) in loaded.items() if not is_done(files[name], to)]
+    bar = tqdm(desc=what, total=len(left), unit="world", disable=not progress)
+
+    def keep(number: int, found: dict[str, Any]) -> None:
+        name = left[number]
+        told = {"world": name, "seed": seed, "provenance": loaded[name][1], **found}
+        write(files[name], told)
+
+    calls = [(*loaded[name][0], seed) for name in left]
+    do_each(function, calls, keep, bar, jobs=jobs, dask=dask)
+    return left
 
 
 def is_done(out: Path, origin: Mapping[str, Any]) -> bool:

@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from tqdm import tqdm
 
 from msc.data import (
     Dataset,
@@ -28,9 +27,8 @@ from msc.data import (
 )
 from msc.robot import Workspace, read_world
 from msc.search import search_policies
-from msc.worlds._each import do_each, is_done
+from msc.worlds._each import fill
 from msc.worlds._search import check_searched
-from press import write_json
 
 N_HALVINGS = 6  # of a step of five degrees: to less than 1/8
 N_SAMPLED = 20  # large steps of a world with many
@@ -73,32 +71,16 @@ def locate_jumps(
         The worlds that were looked at.
     """
     files = {name: out / f"jumps_{name}.json" for name in names}
-    origins = {name: _origin(folder, name, seed) for name in files}
-    left = [name for name in files if not is_done(files[name], origins[name])]
-    calls = [
-        (
-            read_world(folder / f"{name}.toml"),
-            load_dataset(folder / f"{name}.csv"),
-            seed,
-        )
-        for name in left
-    ]
-    bar = tqdm(desc="jumps", total=len(left), unit="world", disable=not progress)
 
-    def keep(number: int, found: dict[str, Any]) -> None:
-        name = left[number]
-        told = {"world": name, "seed": seed, "provenance": origins[name], **found}
-        write_json(files[name], told)
+    def load(name: str) -> tuple[tuple[Workspace, Dataset], dict[str, Any]]:
+        check_searched(folder, name)
+        paths = folder / f"{name}.csv", folder / f"{name}.toml"
+        made_by = f"msc worlds jumps {name} --seed {seed}"
+        call = read_world(paths[1]), load_dataset(paths[0])
+        return call, describe_origin(made_by, *paths)
 
-    do_each(bisect_world, calls, keep, bar, jobs=jobs, dask=dask)
-    return left
-
-
-def _origin(folder: Path, name: str, seed: int) -> dict[str, Any]:
-    """Say what the jumps of a world rest on."""
-    check_searched(folder, name)
-    tables = [folder / f"{name}{end}" for end in (".csv", ".toml")]
-    return describe_origin(f"msc worlds jumps {name} --seed {seed}", *tables)
+    how: dict[str, Any] = {"jobs": jobs, "dask": dask, "progress": progress}
+    return fill("jumps", bisect_world, files, load, seed=seed, **how)
 
 
 def bisect_world(world: Workspace, data: Dataset, seed: int = 0) -> dict[str, Any]:

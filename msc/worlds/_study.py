@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from tqdm import tqdm
 
 from msc.data import (
     Dataset,
@@ -30,7 +29,7 @@ from msc.study import (
     summarise_cell,
 )
 from msc.worlds._draw import family_of
-from msc.worlds._each import do_each, is_done
+from msc.worlds._each import fill
 from msc.worlds._search import check_searched
 from press import replace_file
 
@@ -113,35 +112,28 @@ def study_worlds(
         The worlds that were studied.
     """
     files = {name: out / f"{name}.json" for name in names}
-    origins = {name: _origin(folder, name, seed) for name in files}
-    left = [name for name in files if not is_done(files[name], origins[name])]
-    calls = [
-        (read_world(folder / f"{name}.toml"), *_load(folder, name), seed)
-        for name in left
-    ]
-    bar = tqdm(desc="study", total=len(left), unit="world", disable=not progress)
 
-    def keep(number: int, found: dict[str, Any]) -> None:
-        name = left[number]
-        told = {"world": name, "seed": seed, "provenance": origins[name], **found}
-        replace_file(files[name], format_study(told))
+    def load(name: str) -> tuple[tuple[Any, ...], dict[str, Any]]:
+        return load_world(folder, name, f"msc worlds study {name} --seed {seed}")
 
-    do_each(study_world, calls, keep, bar, jobs=jobs, dask=dask)
-    return left
+    def write(path: Path, told: dict[str, Any]) -> None:
+        replace_file(path, format_study(told))
+
+    how: dict[str, Any] = {"jobs": jobs, "dask": dask, "progress": progress}
+    return fill("study", study_world, files, load, write, seed=seed, **how)
 
 
-def _origin(folder: Path, name: str, seed: int) -> dict[str, Any]:
-    """Say what the study of a world rests on."""
+def load_world(
+    folder: Path, name: str, made_by: str
+) -> tuple[tuple[Workspace, Dataset, Dataset], dict[str, Any]]:
+    """Load a world and both its tables; say what a result of them rests on."""
     check_searched(folder, name)
-    tables = [folder / f"{name}{end}" for end in (".csv", "_test.csv", ".toml")]
-    told = describe_origin(f"msc worlds study {name} --seed {seed}", *tables)
-    return told | {"versions": {one: metadata.version(one) for one in _VERSIONS}}
-
-
-def _load(folder: Path, name: str) -> tuple[Dataset, Dataset]:
-    """Load a world's training and test tasks."""
-    train, test = (load_dataset(folder / f"{name}{end}.csv") for end in ("", "_test"))
-    return train, test
+    tables = [folder / f"{name}{end}" for end in (".csv", "_test.csv")]
+    path = folder / f"{name}.toml"
+    told = describe_origin(made_by, *tables, path)
+    told |= {"versions": {one: metadata.version(one) for one in _VERSIONS}}
+    train, test = map(load_dataset, tables)
+    return (read_world(path), train, test), told
 
 
 def study_world(
@@ -166,9 +158,6 @@ def study_world(
     """
     units = world.task_units
     grid, new = (one._replace(tasks=one.tasks / units) for one in (train, test))
-    edges = task_edges(grid.tasks)
-    at = edges[find_jump_edges(grid.policies, edges)]
-    places = (grid.tasks[at[:, 0]] + grid.tasks[at[:, 1]]) / 2
     cells, failed = [], {}
     for design, n_samples, sets in list_world_sets(grid.tasks, seed):
         found: dict[str, dict[str, list[Any]]] = {}
@@ -186,7 +175,7 @@ def study_world(
             name: {key: np.array(rows) for key, rows in of.items()}
             for name, of in found.items()
         }
-        away = _away(world, places, new.tasks, n_samples)
+        away = are_away(world, grid, new.tasks, n_samples)
         summary = summarise_cell(raw, away, np.ones(len(away)))["measures"]
         cells.append(
             {
@@ -276,10 +265,13 @@ def _try(
         return f"{type(error).__name__}: {error}"
 
 
-def _away(
-    world: Workspace, places: Array, tasks: Array, n_samples: int
+def are_away(
+    world: Workspace, grid: Dataset, tasks: Array, n_samples: int
 ) -> NDArray[np.bool_]:
     """Tell which test tasks are farther from every jump than n samples lie apart."""
+    edges = task_edges(grid.tasks)
+    at = edges[find_jump_edges(grid.policies, edges)]
+    places = (grid.tasks[at[:, 0]] + grid.tasks[at[:, 1]]) / 2
     spans = np.diff(coordinates(world, world.task_bounds), axis=0)
     apart = (np.prod(spans) / n_samples) ** (1 / tasks.shape[1])
     gaps = np.linalg.norm(tasks[:, None] - places, axis=-1)

@@ -471,7 +471,7 @@ def _standings(worlds: Sequence[_World]) -> dict[str, dict[str, Any]]:
         logs, ranks = np.log(errors), rankdata(errors, axis=1)
         told[family] = {
             name: {
-                **_exponential(logs[:, k]).stored("error_cm"),
+                **geometric_mean(logs[:, k]).stored("error_cm"),
                 "rank": six_digits(float(ranks[:, k].mean())),
                 "first": int((ranks[:, k] == 1).sum()),
             }
@@ -480,7 +480,7 @@ def _standings(worlds: Sequence[_World]) -> dict[str, dict[str, Any]]:
     return told
 
 
-def _exponential(logs: Array) -> Estimate:
-    """Average numbers, given as logarithms, over worlds."""
+def geometric_mean(logs: Array) -> Estimate:
+    """Average a number a world, given as its logarithm, over worlds."""
     low, high = np.exp(resample(logs))
     return Estimate(float(np.exp(logs.mean())), float(low), float(high))
