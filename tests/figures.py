@@ -19,8 +19,10 @@ from msc.plots import (
     load_benchmark,
     load_times,
     plot_affinity,
+    plot_bands,
     plot_benchmark,
     plot_breaks,
+    plot_caught,
     plot_clusterings,
     plot_composition,
     plot_contact_sheet,
@@ -183,6 +185,24 @@ def finer_steps():
     return plot_finer_steps({"steps": {"layout01": steps}})
 
 
+def bands():
+    def told(coverage, score):
+        pairs = {"coverage": coverage, "width": score, "score": score}
+        return {
+            key: {"value": one, "low": 0.9 * one, "high": min(1.1 * one, 1)}
+            for key, one in pairs.items()
+        }
+
+    some = {"away": told(0.9, 0.5), "beside": told(0.6, 0.8)}
+    caught = {"0.1": 0.3, "0.2": 0.5, "0.5": 0.9}
+    of = {
+        "bands": {"gaussian": some, "conformal": {**some, "beside": {}}},
+        "failures": [20, 100],
+        "caught": {"std": caught, "gate": caught},
+    }
+    return {"charts": of, "single regression": {**of, "caught": {"std": caught}}}
+
+
 def weights():
     with Arm(Workspace.free()) as arm:
         return slide_weight(arm, np.zeros(6), 60, 1, [-30, 0, 30]).poster
@@ -289,6 +309,8 @@ FIGURES = {
     plot_standings: lambda: plot_standings(verdicts()),
     plot_payoff: lambda: plot_payoff(verdicts(), ratios()[:4]),
     plot_maps: maps,
+    plot_bands: lambda: plot_bands(bands()),
+    plot_caught: lambda: plot_caught(bands()),
     plot_engines: engines,
     plot_finer_steps: finer_steps,
 }
