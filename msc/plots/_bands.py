@@ -93,7 +93,11 @@ def plot_caught(bands: Mapping[str, Any]) -> Figure:
         for by, caught in of["caught"].items():
             places = [0.0, *map(float, caught)]
             words = f"{name} ({100 * failed / total:.0f} % fail)"
-            look = {"color": f"C{number}", "ls": _DOUBTS[by], "marker": "osD^v"[number]}
+            look: dict[str, Any] = {
+                "color": f"C{number}",
+                "ls": _DOUBTS[by],
+                "marker": "osD^v"[number],
+            }
             label = words if by == "std" else f"{name}: by its gate"
             axis.plot(places, [0.0, *caught.values()], ms=4, label=label, **look)
     axis.plot((0, 0.5), (0, 0.5), color="0.5", ls=":", lw=1, label="by chance")
