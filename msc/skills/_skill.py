@@ -47,6 +47,8 @@ class TableSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: igno
     periods : mapping from str or int to float, optional
         After which a task column comes round again, by its name, or its number where
         columns have none; in its own unit, as ``{"angle": 360}``.
+    units : mapping from str to str, optional
+        What the units of columns are called; only kept, for those who use the skill.
     max_tasks : int, default=500
         Of more training tasks, methods other than neighbours and trees learn so many,
         spread over all and drawn by the seed.
@@ -94,6 +96,7 @@ class TableSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: igno
     _parameter_constraints: ClassVar[dict[str, list[Any]]] = {
         "method": [StrOptions(set(METHODS))],
         "periods": [Mapping, None],
+        "units": [Mapping, None],
         "max_tasks": [Interval(Integral, 10, None, closed="left")],
         "random_state": RANDOM_STATE,
     }
@@ -103,11 +106,13 @@ class TableSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: igno
         method: str = PAPER,
         *,
         periods: Mapping[Any, float] | None = None,
+        units: Mapping[str, str] | None = None,
         max_tasks: int = 500,
         random_state: RandomState = None,
     ) -> None:
         self.method = method
         self.periods = periods
+        self.units = units
         self.max_tasks = max_tasks
         self.random_state = random_state
 
