@@ -15,7 +15,7 @@ Indices = NDArray[np.intp]
 N_FOLDS = 5
 """Into which blocks are dealt."""
 
-_BLOCK = 8  # different tasks in a block, if that makes at least the fewest blocks
+_BLOCK = 3  # different tasks in a block, if that makes at least the fewest blocks
 _FEWEST, _MOST = 10, 500  # blocks
 _SEEN = 10_000  # tasks among which cells are sought
 
@@ -52,12 +52,12 @@ class Blocks:
 def make_blocks(flat: Array, points: Array, copies: Indices, seed: int) -> Blocks:
     """Part tasks into blocks of neighbours, equal ones always together.
 
-    Those of one number go in their order, eight different ones a block; of several,
+    Those of one number go in their order, three different ones a block; of several,
     into the cells of k-means, as many. There are 10 to 500 blocks.
 
     >>> line = np.arange(80.0)[:, None]
     >>> make_blocks(line, line, np.arange(80), seed=0).of_row[::10]
-    array([0, 1, 2, 3, 5, 6, 7, 8])
+    array([ 0,  3,  6,  9, 13, 16, 19, 22])
     """
     _, first, place = np.unique(copies, return_index=True, return_inverse=True)
     n_different = len(first)

@@ -20,10 +20,6 @@ from msc.skills._skill import TableSkill
 
 Array = NDArray[np.float64]
 
-_LEAST = 1e-12  # squared spreads: errors of a millionth of a spread are none
-
-Averages = Mapping[str, Average]
-
 
 @dataclass(frozen=True)
 class Comparison:
@@ -31,50 +27,65 @@ class Comparison:
 
     Attributes
     ----------
-    errors : dict of str to Average
-        By method, the simplest first, its error: the squared error of policies, each
-        column of unit spread, averaged over columns and over tasks in the blocks that
-        took no part in its fit.
+    errors : dict of str to ndarray of shape (n_blocks,)
+        By method, the simplest first, its error in each block: the squared error of
+        policies, each column of unit spread, averaged over columns and over the block's
+        tasks, when it took no part in the fit.
+    sizes : ndarray of shape (n_blocks,)
+        How many tasks each has.
     failed : dict of str to str
         Why methods could not be fitted.
     chosen : str
         The simplest of those as good as the best, see `choose`.
-    nested : Average
-        The error of choosing: in each fold, that of what was chosen by the others.
+    nested : ndarray of shape (n_blocks,)
+        The error of choosing: in each block, that of what was chosen by other folds.
     picks : tuple of str
         What was chosen so, fold by fold.
     curve : dict of str to dict of int to float
         By method, its error by how many tasks it learned from.
     """
 
-    errors: dict[str, Average]
+    errors: dict[str, Array]
+    sizes: NDArray[np.intp]
     failed: dict[str, str]
     chosen: str
-    nested: Average
+    nested: Array
     picks: tuple[str, ...]
     curve: dict[str, dict[int, float]]
 
-    def over_mean(self, error: Average) -> Estimate:
-        """Divide an error by that of the mean policy."""
-        return error.over(self.errors[next(iter(self.errors))])
+
+def average(errors: Array, sizes: NDArray[np.intp]) -> Estimate:
+    """Average the errors of blocks; its interval takes these for an independent sample.
+
+    That of `Average` for neighbouring test tasks asks for other circles of tasks; here
+    it is the same tasks, of which all blocks are a part.
+    """
+    return Average((errors * sizes / sizes.mean())[:, None]).estimate
 
 
-def choose(errors: Averages) -> str:
+def exceed(errors: Array, least: Array, sizes: NDArray[np.intp]) -> Estimate:
+    """Say by how much errors exceed others in the same blocks, on average.
+
+    Their difference, not their ratio: errors at a jump are a hundred times others, and
+    who misses one block less would seem to be as good as who misses none.
+    """
+    below = average(least - errors, sizes)  # of either sign: not by logarithms
+    low, high = below.bounds
+    return Estimate(0.0 - below.value, 0.0 - high, 0.0 - low)
+
+
+def choose(errors: Mapping[str, Array], sizes: NDArray[np.intp]) -> str:
     """Choose the simplest method that nothing says is worse than the best.
 
-    Parameters
-    ----------
-    errors : mapping of str to Average
-        By method, the simplest first.
-
-    Returns
-    -------
-    str
-        The first whose error, over the least one, has an interval that reaches one.
+    >>> errors = {"simple": np.tile([0.0, 3.0], 9), "other": np.tile([1.0, 1.0], 9)}
+    >>> choose(errors, np.ones(18))
+    'simple'
     """
-    best = min(errors.values(), key=lambda error: error.value)
+    best = min(errors.values(), key=lambda error: error @ sizes)
     return next(
-        name for name, error in errors.items() if error.over(best).verdict != "higher"
+        name
+        for name, error in errors.items()
+        if not exceed(error, best, sizes).bounds[0] > 0
     )
 
 
@@ -114,10 +125,9 @@ def compare_methods(
     done: Callable[[], Any],
 ) -> Comparison:
     """Measure methods on blocks left out, and choose one."""
-    X, y, cost = data
     plan = plan_fits(skills, blocks, sizes)
     calls = [
-        (skills[name], size, X, y, cost, blocks, left_out)
+        (clone(skills[name]).set_params(max_tasks=size), data, blocks, left_out)
         for name, left_out, size in plan
     ]
     found: dict[tuple[str, tuple[int, ...], int], Any] = {}
@@ -142,47 +152,39 @@ def compare_methods(
                 errors[here] = found[name, left_out, size][here]
         return errors
 
-    def average(errors: Array) -> Average:
-        known = ~np.isnan(errors)
-        return Average(np.maximum(errors[known], _LEAST), blocks.sizes[known])
-
     errors = {name: gather(name, size) for name, size in sound.items()}
-    averages = {name: average(one) for name, one in errors.items()}
     nested, picks = np.empty(len(blocks.folds)), []
     for outer in range(n_folds):
-        inner = {n: average(gather(n, size, outer)) for n, size in sound.items()}
-        picks.append(choose(inner))
         here = blocks.folds == outer
+        inner = {n: gather(n, size, outer)[~here] for n, size in sound.items()}
+        picks.append(choose(inner, blocks.sizes[~here]))
         nested[here] = errors[picks[-1]][here]
     curve = {
         name: {
-            **{size: average(gather(name, size)).value for size in sizes},
-            largest: averages[name].value,
+            size: float(np.average(gather(name, size), weights=blocks.sizes))
+            for size in [*sizes, largest]
         }
         for name, largest in sound.items()
         if sizes and not METHODS[name].takes_all
     }
-    chosen = choose(averages)
-    return Comparison(averages, failed, chosen, average(nested), tuple(picks), curve)
+    chosen = choose(errors, blocks.sizes)
+    return Comparison(errors, blocks.sizes, failed, chosen, nested, tuple(picks), curve)
 
 
 def _left_out(
     skill: TableSkill,
-    max_tasks: int,
-    X: Array,
-    y: Array,
-    cost: Array | None,
+    data: tuple[Array, Array, Array | None],
     blocks: Blocks,
     left_out: tuple[int, ...],
 ) -> Array | str:
     """Return the error of each block left out, NaN of others; or why there is none."""
+    X, y, cost = data
     test = blocks.in_folds(*left_out)
     paid = None if cost is None else cost[~test]
-    model = clone(skill).set_params(max_tasks=max_tasks)
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # those of the fit to all are told
-            missed = model.fit(X[~test], y[~test], paid).predict(X[test]) - y[test]
+            missed = skill.fit(X[~test], y[~test], paid).predict(X[test]) - y[test]
     except ValueError as error:
         return " ".join(str(error).split())
     squares = np.zeros(len(X))

@@ -15,9 +15,9 @@ from threadpoolctl import threadpool_limits
 from tqdm import tqdm
 
 from msc._parallel import open_workers
-from msc.estimates import Average, six_digits
+from msc.estimates import Estimate, six_digits
 from msc.skills._blocks import make_blocks
-from msc.skills._choose import Comparison, compare_methods, plan_fits
+from msc.skills._choose import Comparison, average, compare_methods, exceed, plan_fits
 from msc.skills._methods import METHODS, MOST_NUMBERS, PAPER
 from msc.skills._saved import skill_bytes, versions
 from msc.skills._skill import TableSkill
@@ -64,7 +64,7 @@ def fit_table(
     progress: bool = False,
     command: str = "",
 ) -> Fit:
-    """Compare methods on a table of solved tasks; fit the best of them, and the paper's.
+    """Compare methods on a table of solved tasks; fit the best, and the paper's.
 
     Parameters
     ----------
@@ -100,8 +100,9 @@ def fit_table(
     none of which was in the fit: of a single row left out, the neighbours, or its own
     replicate, would give the answer away. The blocks are dealt into five folds.
 
-    Of all whose error is as low as the least, within the interval of their ratio, the
-    simplest is recommended, in the order of `METHODS`; that may be the mean policy.
+    Of all whose error exceeds the least by nothing, within the interval of that
+    difference, the simplest is recommended, in the order of `METHODS`; that may be the
+    mean policy.
     The error of the recommendation is that of making it: each fold is predicted by what
     the other folds recommend. Methods are fitted without each fold, and without each
     pair of folds, from which all choices follow.
@@ -180,11 +181,10 @@ def fit_table(
         "charts": describe_charts(paper),
         "blocks": {"n_blocks": len(blocks.folds), "n_folds": len(set(blocks.folds))},
         "max_tasks": most,
-        "methods": _scores(compared, skills),
+        "methods": _scores(compared),
         "failed": compared.failed,
         "chosen": compared.chosen,
-        "chosen_without_fold": [*compared.picks],
-        "error_of_choosing": _numbers(compared, compared.nested),
+        "error_of_choosing": _choosing(compared),
         "curve": [
             {"method": name, "n_tasks": size, "error": six_digits(error)}
             for name, points in compared.curve.items()
@@ -222,31 +222,42 @@ def _describe(table: Table, frame: pd.DataFrame) -> list[dict[str, Any]]:
             "period": table.periods.get(name),
             "lowest": float(column.min()),
             "highest": float(column.max()),
-            "spread": six_digits(float(column.std(ddof=0))),
+            "spread": six_digits(float(column.std())),
         }
-        for name, column in frame.items()
+        for name, column in zip(map(str, frame), frame.to_numpy().T, strict=True)
     ]
 
 
-def _numbers(compared: Comparison, error: Average) -> dict[str, Any]:
-    """Write an error, and how many times that of the mean policy it is."""
-    ratio = compared.over_mean(error).stored("over_mean")
-    told = {
-        f"over_mean_{key}" if key in ("low", "high") else key: value
-        for key, value in ratio.items()
-    }
-    return error.estimate.stored("error") | told
-
-
-def _scores(
-    compared: Comparison, skills: dict[str, TableSkill]
-) -> list[dict[str, Any]]:
-    """Write the errors of all methods."""
+def _scores(compared: Comparison) -> list[dict[str, Any]]:
+    """Write the errors of all methods, and by how much they exceed the least."""
+    sizes = compared.sizes
+    best = min(compared.errors.values(), key=lambda errors: errors @ sizes)
     return [
-        {"method": name} | _numbers(compared, compared.errors[name])
-        for name in skills
-        if name in compared.errors
+        {
+            "method": name,
+            **average(errors, sizes).stored("error"),
+            **_renamed(exceed(errors, best, sizes), "above_best"),
+        }
+        for name, errors in compared.errors.items()
     ]
+
+
+def _choosing(compared: Comparison) -> dict[str, Any]:
+    """Write the error of choosing, and by how much that of the mean exceeds it."""
+    mean = next(iter(compared.errors.values()))
+    return {
+        **average(compared.nested, compared.sizes).stored("error"),
+        **_renamed(exceed(mean, compared.nested, compared.sizes), "below_mean"),
+        "chosen_without_fold": [*compared.picks],
+    }
+
+
+def _renamed(estimate: Estimate, name: str) -> dict[str, float | None]:
+    """Write a second number beside another."""
+    stored = estimate.stored(name)
+    return {
+        key if key == name else f"{name}_{key}": value for key, value in stored.items()
+    }
 
 
 def check_folder(folder: Path, *, force: bool = False) -> None:
@@ -271,7 +282,7 @@ def check_folder(folder: Path, *, force: bool = False) -> None:
     found = {path.name for path in folder.iterdir()}
     if not found <= FILES or CARD not in found:
         raise ValueError(
-            f"out={folder} exists, and is no earlier fit; wanted the name of a new folder"
+            f"out={folder} exists, and is no earlier fit; wanted a new folder"
         )
     if not force:
         raise ValueError(

@@ -85,7 +85,7 @@ def skill_bytes(skill: TableSkill) -> bytes:
 
 
 def _renumber(part: Any, numbers: dict[int, int], names: dict[str, str]) -> None:
-    """Number parts, and the files that they name, in the order of their appearance."""
+    """Rename parts, and the files that they name, to numbers in their order."""
     if isinstance(part, dict):
         if isinstance(old := part.get("__id__"), int):
             part["__id__"] = numbers.setdefault(old, len(numbers) + 1)
