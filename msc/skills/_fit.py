@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import tempfile
 import warnings
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -61,6 +62,7 @@ def fit_table(
     profile: str = "quick",
     seed: int = 0,
     jobs: int = 1,
+    methods: Sequence[str] | None = None,
     progress: bool = False,
     command: str = "",
 ) -> Fit:
@@ -77,6 +79,9 @@ def fit_table(
         Seed of every draw.
     jobs : int, default=1
         Worker processes; the result does not depend on them.
+    methods : sequence of str, optional
+        Which of `METHODS` to compare with the mean policy; by default all that apply:
+        "CrKr" needs costs, interpolation at most four task columns.
     progress : bool, default=False
         Whether to show a bar with an estimate on standard error.
     command : str, optional
@@ -90,7 +95,7 @@ def fit_table(
     Raises
     ------
     ValueError
-        If the profile is unknown, or the paper's method cannot be fitted.
+        If the profile or a method is unknown, or the paper's method cannot be fitted.
 
     Notes
     -----
@@ -115,7 +120,8 @@ def fit_table(
     ...     pd.DataFrame({"push": np.cos(np.radians(angle))}),
     ...     periods={"angle": 360.0},
     ... )
-    >>> fit_table(table).card["chosen"]
+    >>> some = "nearest neighbour", "single, one kernel"
+    >>> fit_table(table, methods=some).card["chosen"]
     'single, one kernel'
     """
     if profile not in MAX_TASKS:
@@ -127,7 +133,7 @@ def fit_table(
     unit = (y - centers) / spreads
     columns = {name: k for k, name in enumerate(table.tasks)}
     numbered = {columns[name]: period for name, period in table.periods.items()}
-    names = [name for name, one in METHODS.items() if _applies(name, table)]
+    names = _select(methods, table)
     skills = {
         name: TableSkill(name, periods=numbered, max_tasks=most, random_state=seed)
         for name in names
@@ -195,11 +201,19 @@ def fit_table(
     return Fit(skill, paper, card)
 
 
-def _applies(name: str, table: Table) -> bool:
-    """Whether a method can learn from a table."""
-    if METHODS[name].wants_cost and table.cost is None:
-        return False
-    return not METHODS[name].is_flat or table.tasks.shape[1] <= MOST_NUMBERS
+def _select(methods: Sequence[str] | None, table: Table) -> list[str]:
+    """Return which methods are compared, the simplest first."""
+    if unknown := sorted({*(methods or [])} - {*METHODS}):
+        raise ValueError(f"methods={unknown} are unknown; wanted some of {[*METHODS]}")
+
+    def applies(name: str) -> bool:
+        if METHODS[name].wants_cost and table.cost is None:
+            return False
+        return not METHODS[name].is_flat or table.tasks.shape[1] <= MOST_NUMBERS
+
+    mean, *others = METHODS
+    asked = others if methods is None else [name for name in others if name in methods]
+    return [mean, *filter(applies, asked)]
 
 
 def _count(table: Table) -> dict[str, int]:

@@ -94,12 +94,13 @@ def _format(
 
 def _name_outside(outside: NDArray[np.bool_], names: Sequence[str]) -> list[str]:
     """Return for each task the columns that are outside, as a cell."""
-    patterns, place = np.unique(outside, axis=0, return_inverse=True)
-    cells = [
-        _line([" and ".join(np.array(names)[pattern])])[:-1] if pattern.any() else ""
-        for pattern in patterns
-    ]
-    return np.array(cells, dtype=object)[place.ravel()].tolist()  # type: ignore[no-any-return]
+    cells = [""] * len(outside)
+    for row in np.flatnonzero(outside.any(axis=1)):
+        which = [
+            name for name, is_out in zip(names, outside[row], strict=True) if is_out
+        ]
+        cells[row] = _line([" and ".join(which)])[:-1]
+    return cells
 
 
 def _line(cells: Sequence[str]) -> str:

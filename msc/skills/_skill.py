@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import NDArray
 from sklearn.base import BaseEstimator, MultiOutputMixin, RegressorMixin
-from sklearn.neighbors import KNeighborsClassifier
+from sklearn.neighbors import NearestNeighbors
 from sklearn.utils import gen_batches
 from sklearn.utils._param_validation import Interval, StrOptions
 from sklearn.utils.validation import check_is_fitted, has_fit_parameter
@@ -65,8 +65,8 @@ class TableSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: igno
         of mean zero and unit spread, so that it does not depend on their units either.
     model_ : estimator
         The method, fitted.
-    votes_ : classifier or None
-        Tells how many of the nearest training tasks are on a chart.
+    voters_ : NearestNeighbors or None
+        Finds the training tasks that tell how sure a chart is, if there are charts.
     rows_ : ndarray of int
         Which training tasks the method has learned.
     policy_names_ : list of str or None
@@ -166,10 +166,9 @@ class TableSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: igno
             costs = validate_cost(cost, len(X))[self.rows_][own]
             told["cost"] = costs / costs.mean()
         self.model_ = model.fit(points, targets, **told)
-        self.votes_ = None
+        self.voters_ = None
         if isinstance(model, ParameterizedSkill) and model.n_charts_ > 1:
-            voters = KNeighborsClassifier(min(N_VOTES, len(points)))
-            self.votes_ = voters.fit(points, model.charts_)
+            self.voters_ = NearestNeighbors(n_neighbors=N_VOTES).fit(points)
         return self
 
     def _read_periods(self, n_columns: int) -> tuple[float | None, ...]:
@@ -238,11 +237,12 @@ class TableSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: igno
         check_is_fitted(self)
         X = validate_points(self, X, reset=False)
         charts, shares = np.zeros(len(X), dtype=np.intp), np.ones(len(X))
-        if self.votes_ is not None:
+        if self.voters_ is not None:
             for some, points in self._batches(X):
                 charts[some] = self.model_.predict_chart(points)
-                votes = self.votes_.predict_proba(points)
-                shares[some] = votes[np.arange(len(points)), charts[some]]
+                near = self.voters_.kneighbors(points, return_distance=False)
+                votes = self.model_.charts_[near] == charts[some, None]
+                shares[some] = votes.mean(axis=1)
         return charts, shares
 
     def find_outside(self, X: Any) -> NDArray[np.bool_]:

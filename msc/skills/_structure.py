@@ -19,6 +19,7 @@ MOST_TASKS = 2000
 """Different tasks among which jumps are sought; of more, so many."""
 
 _SHOWN = 20  # jumps that a card holds
+_STEEP = 5.0  # median slopes: less is no jump, but a gap between tasks
 _NARROW = 6.0  # width of the first column: less than the turn that `task_edges` knows
 
 
@@ -44,8 +45,10 @@ def find_structure(table: Table, policies: Array, scale: TaskScale, seed: int) -
 
     Notes
     -----
-    A jump is what `msc.find_jumps` calls one. Tasks of one number have those on either
-    side for neighbours, on a circle all round; of several, twice as many as columns.
+    A jump is what `msc.find_jumps` calls one, if it is also five times steeper than the
+    median step: a table's tasks may lie anywhere, and a gap between them is no jump.
+    Tasks of one number have those on either side for neighbours, on a circle all round;
+    of several, twice as many as columns.
     """
     _, first, place = np.unique(table.copies, return_index=True, return_inverse=True)
     sums = np.zeros((len(first), policies.shape[1]))
@@ -55,11 +58,15 @@ def find_structure(table: Table, policies: Array, scale: TaskScale, seed: int) -
     some = spread_out(scale.transform(tasks), MOST_TASKS, seed)
     tasks, means = tasks[some], means[some]
     edges = _edges(tasks, scale)
+    lengths = np.linalg.norm(
+        np.diff(scale.transform(tasks)[edges], axis=1)[:, 0], axis=1
+    )
+    steps = np.linalg.norm(np.diff(means[edges], axis=1)[:, 0], axis=1)
+    is_steep = steps > _STEEP * np.median(steps / lengths) * lengths
     jumps = find_jump_edges(means, edges)
+    jumps = jumps[is_steep[jumps]]
     pieces = np.bincount(find_pieces(len(tasks), edges, jumps))
-    ends = edges[jumps]
-    steps = np.linalg.norm(means[ends[:, 0]] - means[ends[:, 1]], axis=1)
-    widest = ends[np.argsort(-steps, kind="stable")[:_SHOWN]]
+    widest = edges[jumps[np.argsort(-steps[jumps], kind="stable")[:_SHOWN]]]
     return {
         "n_tasks": len(tasks),
         "n_jumps": len(jumps),
