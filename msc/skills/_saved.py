@@ -69,8 +69,9 @@ def save_skill(skill: TableSkill, path: Path) -> None:
 
 
 def skill_bytes(skill: TableSkill) -> bytes:
-    """Return the file of a skill: the same bytes for equal skills."""
-    # skops names parts by their addresses in memory, and notes the time.
+    """Return the file of a skill; of equal ones that were just fitted, the same."""
+    # skops names parts by their addresses in memory, and notes the time; trees of
+    # neighbours count how often they were asked, whatever writes them.
     given = zipfile.ZipFile(io.BytesIO(skops.io.dumps(skill)))
     schema = json.loads(given.read(_SCHEMA))
     names: dict[str, str] = {}

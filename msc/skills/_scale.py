@@ -10,6 +10,9 @@ from sklearn.base import BaseEstimator
 
 Array = NDArray[np.float64]
 
+DECIMALS = 9
+"""Of what learners see: how units round stays hidden from trees, which break ties."""
+
 _CONSTANT = 1e-12  # of the largest magnitude: a spread that rounding makes
 _GAP = 0.25  # of a period: a wider gap between tasks is outside of their range
 
@@ -69,7 +72,7 @@ class TaskScale(BaseEstimator):  # type: ignore[misc]
             turns = 2 * np.pi * X[:, k] / period
             radius = period / (2 * np.pi * self.spreads_[k])
             columns += [radius * np.cos(turns), radius * np.sin(turns)]
-        return np.column_stack(columns)
+        return np.column_stack(columns).round(DECIMALS)
 
     def flatten(self, X: Array) -> Array:
         """Return a column each, circles cut at zero and unrolled."""
@@ -79,7 +82,7 @@ class TaskScale(BaseEstimator):  # type: ignore[misc]
             else np.mod(X[:, k], period) / self.spreads_[k]
             for k, period in enumerate(self.periods)
         ]
-        return np.column_stack(columns)
+        return np.column_stack(columns).round(DECIMALS)
 
     def unroll(self, X: Array) -> tuple[Array, NDArray[np.intp]]:
         """Return flat tasks and, beside each circle's ends, copies; and whose each is.

@@ -25,7 +25,7 @@ from msc._checks import (
 )
 from msc.learn import ParameterizedSkill
 from msc.skills._methods import METHODS, PAPER
-from msc.skills._scale import TaskScale
+from msc.skills._scale import DECIMALS, TaskScale
 from msc.skills._subsample import spread_out
 
 Array = NDArray[np.float64]
@@ -160,7 +160,8 @@ class TableSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: igno
             points, own = self.scale_.unroll(tasks)
         else:
             points, own = self.scale_.transform(tasks), np.arange(len(tasks))
-        targets = ((policies - self.centers_) / self.spreads_)[self.rows_][own]
+        targets = (policies - self.centers_) / self.spreads_
+        targets = targets.round(DECIMALS)[self.rows_][own]
         model, told = learner.build(len(points), seed), {}
         if cost is not None and has_fit_parameter(model, "cost"):
             costs = validate_cost(cost, len(X))[self.rows_][own]
