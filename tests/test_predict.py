@@ -250,6 +250,15 @@ def test_files_that_are_no_skills(make, words, tmp_path, monkeypatch, capsys):
     assert not Path("out.csv").exists()
 
 
+def test_skops_is_an_extra(skills, tmp_path, monkeypatch, capsys):
+    monkeypatch.setitem(sys.modules, "skops.io", None)
+    with pytest.raises(ValueError, match=r"wanted the extra, pip install 'msc\[skills"):
+        save_skill(skills["mean policy"], tmp_path / "a.skops")
+    words = ["fit", "t.csv", "--tasks", "a", "--policies", "b", "--out", "out"]
+    assert main(words) == 2
+    assert "pip install 'msc[skills]'" in capsys.readouterr().err
+
+
 def test_files_of_other_versions_say_so(skills, tmp_path, monkeypatch):
     file, real = tmp_path / "a.skops", msc.skills._saved.versions()
     with monkeypatch.context() as patched:

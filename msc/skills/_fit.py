@@ -20,7 +20,7 @@ from msc.estimates import Estimate, six_digits
 from msc.skills._blocks import make_blocks
 from msc.skills._choose import Comparison, average, compare_methods, exceed, plan_fits
 from msc.skills._methods import METHODS, MOST_NUMBERS, PAPER
-from msc.skills._saved import skill_bytes, versions
+from msc.skills._saved import load_skops, skill_bytes, versions
 from msc.skills._skill import TableSkill
 from msc.skills._structure import describe_charts, find_structure
 from msc.skills._table import Table
@@ -287,8 +287,10 @@ def check_folder(folder: Path, *, force: bool = False) -> None:
     Raises
     ------
     ValueError
-        If there is something: unless `force`, and a fit and nothing else.
+        If there is something: unless `force`, and a fit and nothing else. Or if skops,
+        which writes skills, is not installed.
     """
+    load_skops()
     if not (folder.exists() or folder.is_symlink()):
         return
     if not folder.is_dir():

@@ -15,8 +15,6 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-import skops.io
-
 from msc.skills._skill import TableSkill
 from press import replace_file
 
@@ -50,6 +48,17 @@ _SCHEMA = "schema.json"  # skops's own
 _PACKAGES = "msc", "scikit-learn", "scipy", "numpy", "skops"
 
 
+def load_skops() -> Any:
+    """Return skops's module for files, or say that it is an extra."""
+    try:
+        import skops.io  # noqa: PLC0415
+    except ImportError:
+        raise ValueError(
+            "files of skills: wanted the extra, pip install 'msc[skills]'"
+        ) from None
+    return skops.io
+
+
 def versions() -> dict[str, str]:
     """Return the versions on which a saved skill hangs."""
     return {name: metadata.version(name) for name in _PACKAGES}
@@ -72,7 +81,7 @@ def skill_bytes(skill: TableSkill) -> bytes:
     """Return the file of a skill; of equal ones that were just fitted, the same."""
     # skops names parts by their addresses in memory, and notes the time; trees of
     # neighbours count how often they were asked, whatever writes them.
-    given = zipfile.ZipFile(io.BytesIO(skops.io.dumps(skill)))
+    given = zipfile.ZipFile(io.BytesIO(load_skops().dumps(skill)))
     schema = json.loads(given.read(_SCHEMA))
     names: dict[str, str] = {}
     _renumber(schema, {}, names)
@@ -129,6 +138,7 @@ def load_skill(path: Path | str) -> TableSkill:
     neighbours are arrays that compiled code walks through, though: of strangers, take a
     table rather than a skill.
     """
+    skops = load_skops()
     path = Path(path)
     content = path.read_bytes()
     no_skill = f"{path.name} is no file of a skill, or was cut short"
@@ -143,7 +153,7 @@ def load_skill(path: Path | str) -> TableSkill:
         raise ValueError(no_skill)
     others = _other_versions(about)
     try:
-        unknown = sorted({*skops.io.get_untrusted_types(data=content)} - {*TRUSTED})
+        unknown = sorted({*skops.get_untrusted_types(data=content)} - {*TRUSTED})
     except Exception as error:  # whatever skops makes of another's schema
         raise ValueError(f"{no_skill}: {_words(error)}{others}") from None
     if unknown:
@@ -154,7 +164,7 @@ def load_skill(path: Path | str) -> TableSkill:
     if others:
         warnings.warn(f"{path.name}{others}", stacklevel=2)
     try:
-        skill = skops.io.loads(content, trusted=[*TRUSTED])
+        skill = skops.loads(content, trusted=[*TRUSTED])
     except Exception as error:  # whatever a part of another version says
         raise ValueError(f"{no_skill}: {_words(error)}{others}") from None
     if not isinstance(skill, TableSkill):
