@@ -11,6 +11,7 @@ import io
 import json
 import warnings
 import zipfile
+from contextlib import suppress
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -61,7 +62,11 @@ def load_skops() -> Any:
 
 def versions() -> dict[str, str]:
     """Return the versions on which a saved skill hangs."""
-    return {name: metadata.version(name) for name in _PACKAGES}
+    found = {}
+    for name in _PACKAGES:
+        with suppress(metadata.PackageNotFoundError):  # skops, where it is not needed
+            found[name] = metadata.version(name)
+    return found
 
 
 def save_skill(skill: TableSkill, path: Path) -> None:
