@@ -10,14 +10,23 @@ from hypothesis import strategies as st
 from scipy.spatial.distance import cdist
 
 import msc.skills._fit
+import msc.skills._methods
 from msc.cli import main
-from msc.skills import METHODS, Table, TableSkill, fit_table, read_table, save_fit
+from msc.skills import (
+    METHODS,
+    Table,
+    TableSkill,
+    fit_table,
+    read_table,
+    save_fit,
+    tell_fit,
+)
 from msc.skills._blocks import make_blocks
-from msc.skills._choose import choose
+from msc.skills._choose import choose, compare_methods
 from msc.skills._subsample import spread_out
 
 BREAK = 150.0  # degrees
-QUICK = ["nearest neighbour", "single, one kernel"]
+QUICK = ["nearest neighbour", "linear interpolation"]
 
 
 def broken(n_tasks=48, noise=0.01, seed=0):
@@ -117,6 +126,58 @@ def test_the_choice_is_as_good_as_the_best_and_as_simple_as_can_be(given_errors,
         assert choose(sure, sizes) == "best"
 
 
+def test_what_is_chosen_for_a_fold_was_not_told_by_it():
+    """Fits without one fold favour one method, those without two the other."""
+    blocks = make_blocks(*2 * [np.arange(40.0)[:, None]], np.arange(40), 0)
+    skills = {name: TableSkill(name) for name in ("mean policy", *QUICK[:1])}
+
+    def run(_, calls):
+        for number, (skill, _, _, left_out) in enumerate(calls):
+            is_good = (skill.method == "mean policy") == (len(left_out) == 2)
+            errors = np.full(len(blocks.folds), np.nan)
+            errors[np.isin(blocks.folds, left_out)] = 0.0 if is_good else 1.0
+            yield number, errors
+
+    none = np.zeros((40, 1)), np.zeros((40, 1)), None
+    found = compare_methods(skills, none, blocks, sizes=[], run=run, done=list)
+    assert found.chosen == "nearest neighbour"
+    assert found.picks == ("mean policy",) * 5
+    assert (found.nested == found.errors["mean policy"]).all()
+
+
+def test_costs_bring_a_method_that_wants_them():
+    frame = broken(24)
+    tables = [as_table(frame, cost=cost) for cost in (np.linspace(1, 2, 24), None)]
+    with_costs, without = (fit_table(one, methods=["CrKr"]).card for one in tables)
+    names = [one["method"] for one in with_costs["methods"]]
+    assert names == ["mean policy", "CrKr"]
+    assert [one["method"] for one in without["methods"]] == ["mean policy"]
+
+
+def test_a_method_that_fails_is_told_and_left_out(monkeypatch):
+    def fail(*_):
+        raise ValueError("no luck")
+
+    lucky = msc.skills._methods.Learner(fail)
+    monkeypatch.setitem(METHODS, "nearest neighbour", lucky)
+    card = fit_table(as_table(broken(24)), methods=QUICK).card
+    assert card["failed"] == {"nearest neighbour": "no luck"}
+    assert "nearest neighbour" not in [one["method"] for one in card["methods"]]
+    assert "nearest neighbour     failed: no luck" in "\n".join(tell_fit(card))
+
+
+@pytest.mark.parametrize(
+    ("how", "words"),
+    [
+        ({"profile": "slow"}, "profile='slow'; wanted one of"),
+        ({"methods": ["magic"]}, r"methods=\['magic'\] are unknown"),
+    ],
+)
+def test_bad_wishes(how, words):
+    with pytest.raises(ValueError, match=words):
+        fit_table(as_table(broken(24)), **how)
+
+
 def test_of_noise_nothing_beats_the_mean_and_choosing_is_no_better():
     rng = np.random.default_rng(3)
     frame = pd.DataFrame(rng.standard_normal((40, 3)), columns=list("abc"))
@@ -138,10 +199,10 @@ def test_many_tasks_are_served_as_well_as_by_the_neighbours_of_all(monkeypatch):
     takes_all = [name for name in error if METHODS[name].takes_all]
     assert card["chosen"] in takes_all
     assert error[card["chosen"]] <= 1.1 * error["nearest neighbour"]
-    assert error["single, one kernel"] > error["four neighbours"]
+    assert error["linear interpolation"] > error["four neighbours"]
     sizes = [point["n_tasks"] for point in card["curve"]]
     assert sizes == [10, 20, 40]
-    assert card["curve"][-1]["error"] == error["single, one kernel"]
+    assert card["curve"][-1]["error"] == error["linear interpolation"]
 
 
 def test_a_subsample_fills_the_space():
