@@ -25,7 +25,7 @@ from msc.skills._saved import TRUSTED, skill_bytes
 PERIODS = {"angle": 360.0}
 
 
-def solved(n_tasks=70, seed=0):
+def solved(n_tasks=50, seed=0):
     """Tasks of an angle (degrees) and a mass (kg), and two columns of policies."""
     rng = np.random.default_rng(seed)
     tasks = pd.DataFrame(
@@ -52,7 +52,7 @@ def skills():
 NEW = solved(40, seed=1)[0]
 
 
-@parametrize_with_checks([TableSkill("nearest neighbour"), TableSkill()])
+@parametrize_with_checks([TableSkill("charts, one kernel")])
 def test_it_is_an_estimator(estimator, check):
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "(The graph has|tasks span)")
@@ -78,6 +78,17 @@ def test_a_period_closes_the_circle(method, skills):
     np.testing.assert_allclose(before, after, atol=1e-6)
     turned = skills[method].predict(NEW.assign(angle=NEW["angle"] + 720))
     np.testing.assert_allclose(turned, skills[method].predict(NEW), atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    "method", ["four neighbours", "linear interpolation", "single regression"]
+)
+def test_where_a_circle_is_cut_does_not_matter(method, skills):
+    tasks, policies = solved()
+    turned = tasks.assign(angle=(tasks["angle"] + 123) % 360)
+    skill = TableSkill(method, periods=PERIODS, random_state=0).fit(turned, policies)
+    found = skill.predict(NEW.assign(angle=NEW["angle"] + 123))
+    np.testing.assert_allclose(found, skills[method].predict(NEW), atol=1e-4)
 
 
 def test_tasks_beside_the_cut_have_neighbours_beyond_it():
@@ -279,11 +290,15 @@ def test_a_members_name_leads_nowhere(skills):
 # The command
 
 
+@pytest.fixture(scope="module")
+def in_degrees():
+    return fitted("charts", units={"angle": "deg"})
+
+
 @pytest.fixture
-def here(tmp_path, monkeypatch, skills):
+def here(in_degrees, tmp_path, monkeypatch, skills):
     monkeypatch.chdir(tmp_path)
-    units = {"angle": "deg"}
-    save_skill(fitted("charts", units=units), Path("charts.skops"))
+    save_skill(in_degrees, Path("charts.skops"))
     save_skill(skills["nearest neighbour"], Path("near.skops"))
     rows = NEW.assign(mass=NEW["mass"].where(NEW.index != 3, 9.0), note="x")
     rows[["note", "mass", "angle"]].to_csv("new.csv", index=False)
