@@ -306,6 +306,7 @@ def test_bad_tables_are_told_in_a_sentence(name, here, capsys):
     [
         (b"", "t.csv is no table: No columns"),
         (b"a,b\n1,2\n3,4,5,6\n", "t.csv is no table: .*line 3"),
+        (b"a,b\n1,2,3\n4,5,6\n", "t.csv is no table: Length of header"),
         (b"\xff\xfea\0,\0", "t.csv is not UTF-8"),
         (b"a,b\n\0\0", "has bytes of zero"),
     ],

@@ -52,7 +52,7 @@ def skills():
 NEW = solved(40, seed=1)[0]
 
 
-@parametrize_with_checks([TableSkill("charts, one kernel")])
+@parametrize_with_checks([TableSkill("nearest neighbour")])
 def test_it_is_an_estimator(estimator, check):
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "(The graph has|tasks span)")
@@ -81,7 +81,7 @@ def test_a_period_closes_the_circle(method, skills):
 
 
 @pytest.mark.parametrize(
-    "method", ["four neighbours", "linear interpolation", "single regression"]
+    "method", ["four neighbours", "charts, k-means", "single regression"]
 )
 def test_where_a_circle_is_cut_does_not_matter(method, skills):
     tasks, policies = solved()
@@ -89,6 +89,16 @@ def test_where_a_circle_is_cut_does_not_matter(method, skills):
     skill = TableSkill(method, periods=PERIODS, random_state=0).fit(turned, policies)
     found = skill.predict(NEW.assign(angle=NEW["angle"] + 123))
     np.testing.assert_allclose(found, skills[method].predict(NEW), atol=1e-4)
+
+
+def test_a_deviation_is_known_or_told_to_be_unknown(skills):
+    has = {name for name, skill in skills.items() if skill.has_std}
+    assert has == {name for name in METHODS if name.startswith(("charts", "single"))}
+    for name, skill in skills.items():
+        means, stds = skill.predict(NEW, return_std=True)
+        np.testing.assert_array_equal(means, skill.predict(NEW))
+        assert stds.shape == means.shape
+        assert (stds > 0).all() if name in has else np.isnan(stds).all()
 
 
 def test_tasks_beside_the_cut_have_neighbours_beyond_it():

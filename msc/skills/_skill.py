@@ -218,7 +218,7 @@ class TableSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: igno
     @property
     def has_std(self) -> bool:
         """Whether the method knows how sure it is of a policy."""
-        return isinstance(self.model_, ParameterizedSkill)
+        return isinstance(self.model_, ParameterizedSkill)  # CrKr's has no unit
 
     def predict_chart(self, X: Any) -> tuple[Charts, Array]:
         """Tell which chart each task belongs to, and how sure that is.

@@ -6,12 +6,14 @@ import difflib
 import hashlib
 import io
 import re
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from pandas.errors import ParserWarning
 
 UNITS = (
     *("deg", "rad", "turn", "m", "cm", "mm", "km", "in", "s", "ms", "min", "h", "Hz"),
@@ -297,14 +299,17 @@ def _read(path: Path) -> tuple[pd.DataFrame, bytes, list[str]]:
     if decimal == ",":
         notes.append("its numbers have decimal commas")
     try:
-        frame = pd.read_csv(
-            io.StringIO(text),
-            sep=separator,
-            decimal=decimal,
-            skipinitialspace=True,
-            index_col=False,
-        )
-    except ValueError as error:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", ParserWarning)  # rows longer than the header
+            frame = pd.read_csv(
+                io.StringIO(text),
+                sep=separator,
+                decimal=decimal,
+                skipinitialspace=True,
+                index_col=False,
+                low_memory=False,
+            )
+    except (ValueError, ParserWarning) as error:
         words = " ".join(str(error).split())
         raise ValueError(f"{path.name} is no table: {words}") from None
     return frame.rename(columns=lambda name: str(name).strip()), content, notes
