@@ -131,6 +131,14 @@ def test_a_chart_is_as_sure_as_its_neighbourhood(skills):
     assert share[inside].mean() >= share[~inside].mean()
 
 
+def test_four_tasks_on_two_charts_are_enough():
+    tasks = [[0.0], [1.0], [2.0], [3.0]]
+    skill = TableSkill("charts", random_state=0).fit(tasks, [0.0, 0.1, 9.0, 9.2])
+    charts, share = skill.predict_chart(tasks)
+    assert len({*charts}) > 1
+    assert set(share * 4) <= {1.0, 2.0, 3.0}
+
+
 def test_it_is_at_home_in_scikit_learn():
     tasks, policies = solved(40)
     groups = np.arange(40) // 4

@@ -139,7 +139,8 @@ def fit_table(
         for name in names
     }
     scale = TableSkill("mean policy", periods=numbered).fit(X, unit).scale_
-    blocks = make_blocks(scale.flatten(X), scale.transform(X), table.copies, seed)
+    with threadpool_limits(1):  # more add up in another order
+        blocks = make_blocks(scale.flatten(X), scale.transform(X), table.copies, seed)
     sizes = [most // 4, most // 2] if len(X) > most else []
 
     def fitted(name: str) -> TableSkill:

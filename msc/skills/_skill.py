@@ -169,7 +169,8 @@ class TableSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: igno
         self.model_ = model.fit(points, targets, **told)
         self.voters_ = None
         if isinstance(model, ParameterizedSkill) and model.n_charts_ > 1:
-            self.voters_ = NearestNeighbors(n_neighbors=N_VOTES).fit(points)
+            n_votes = min(N_VOTES, len(points))
+            self.voters_ = NearestNeighbors(n_neighbors=n_votes).fit(points)
         return self
 
     def _read_periods(self, n_columns: int) -> tuple[float | None, ...]:

@@ -107,6 +107,7 @@ def tell_fit(card: Mapping[str, Any]) -> list[str]:
         f"{charts['n_charts']} charts by SMCE and the elbow, of "
         f"{_list(charts['sizes'])} policies"
     )
+    lines += [f"  {words}" for words in card["warnings"]]
     if card["curve"]:
         lines.append(
             f"all but the mean, neighbours and trees learn from {card['max_tasks']} "
