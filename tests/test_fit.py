@@ -127,8 +127,9 @@ def test_doubt_spares_the_simpler_and_certainty_does_not():
     noise = np.tile([-1.0, 1.0], 10)
     close = {"simple": 5.1 + noise, "better": 5 - noise}
     far = {"simple": 5.1 + noise / 100, "better": 5 - noise / 100}
-    found = [choose(errors, np.ones(20)) for errors in (close, far)]
-    assert found == ["simple", "better"]
+    few = {"simple": np.r_[np.full(19, 0.01), 1.0], "better": np.full(20, 1e-4)}
+    found = [choose(errors, np.ones(20)) for errors in (close, far, few)]
+    assert found == ["simple", "better", "better"]
 
 
 def test_what_is_chosen_for_a_fold_was_not_told_by_it():

@@ -55,23 +55,35 @@ class Comparison:
 
 
 def average(errors: Array, sizes: NDArray[np.intp]) -> Estimate:
-    """Average the errors of blocks; its interval takes these for an independent sample.
+    """Average the errors of blocks, see `_sample`."""
+    return _sample(errors, sizes).estimate
 
-    That of `Average` for neighbouring test tasks asks for other circles of tasks; here
-    it is the same tasks, of which all blocks are a part.
+
+def _sample(errors: Array, sizes: NDArray[np.intp]) -> Average:
+    """Take the errors of blocks for an independent sample.
+
+    The interval of `Average` for neighbouring test tasks asks for other circles of
+    tasks; here it is the same tasks, of which all blocks are a part.
     """
-    return Average((errors * sizes / sizes.mean())[:, None]).estimate
+    return Average((errors * sizes / sizes.mean())[:, None])
 
 
 def exceed(errors: Array, least: Array, sizes: NDArray[np.intp]) -> Estimate:
-    """Say by how much errors exceed others in the same blocks, on average.
-
-    Their difference, not their ratio: errors at a jump are a hundred times others, and
-    who misses one block less would seem to be as good as who misses none.
-    """
+    """Say by how much errors exceed others in the same blocks, on average."""
     below = average(least - errors, sizes)  # of either sign: not by logarithms
     low, high = below.bounds
     return Estimate(0.0 - below.value, 0.0 - high, 0.0 - low)
+
+
+def is_worse(errors: Array, least: Array, sizes: NDArray[np.intp]) -> bool:
+    """Tell whether errors exceed others for certain, by their difference or ratio.
+
+    Where errors at a jump are a hundred times others, who misses one block less would
+    by the ratio seem to be as good as who misses none; and where a few blocks make up
+    most of a small error, by the difference as good as one a hundred times smaller.
+    """
+    ratio = _sample(errors, sizes).over(_sample(least, sizes))
+    return exceed(errors, least, sizes).bounds[0] > 0 or ratio.verdict == "higher"
 
 
 def choose(errors: Mapping[str, Array], sizes: NDArray[np.intp]) -> str:
@@ -83,9 +95,7 @@ def choose(errors: Mapping[str, Array], sizes: NDArray[np.intp]) -> str:
     """
     best = min(errors.values(), key=lambda error: error @ sizes)
     return next(
-        name
-        for name, error in errors.items()
-        if not exceed(error, best, sizes).bounds[0] > 0
+        name for name, error in errors.items() if not is_worse(error, best, sizes)
     )
 
 

@@ -105,9 +105,9 @@ def fit_table(
     none of which was in the fit: of a single row left out, the neighbours, or its own
     replicate, would give the answer away. The blocks are dealt into five folds.
 
-    Of all whose error exceeds the least by nothing, within the interval of that
-    difference, the simplest is recommended, in the order of `METHODS`; that may be the
-    mean policy.
+    Of all whose error is not above the least for certain, by the interval of their
+    difference or of their ratio, the simplest is recommended, in the order of
+    `METHODS`; that may be the mean policy.
     The error of the recommendation is that of making it: each fold is predicted by what
     the other folds recommend. Methods are fitted without each fold, and without each
     pair of folds, from which all choices follow.
