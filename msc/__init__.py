@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     from msc.learn import SMCE, ParameterizedSkill
     from msc.robot import DMP, Arm, Rollout, Workspace
     from msc.search import SearchResult, search_policy
+    from msc.skills import fit_table, load_skill, read_table
     from msc.study.rivals import CrKR
 
 __all__, __getattr__, __dir__ = face(__name__, __file__)

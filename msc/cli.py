@@ -21,6 +21,7 @@ import msc.robot
 import msc.search
 import msc.study
 import msc.worlds
+from msc._cli_fit import FIT_COMMANDS
 from msc._parallel import WorkersLost
 from msc.data import (
     find_neighbors,
@@ -586,6 +587,7 @@ COMMANDS = (
     _add_evaluate,
     _add_savings,
     _add_worlds,
+    *FIT_COMMANDS,
     _run,
     _add_claims,
     _build,

@@ -21,7 +21,7 @@ PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
 BASE = ["cma", "cvxpy", "imageio-ffmpeg", "joblib", "matplotlib", "numpy", "pandas"]
 BASE += ["papermill", "pillow", "pybullet", "pyyaml", "scikit-learn", "scipy"]
 BASE += ["threadpoolctl", "tqdm"]
-EXTRAS = {"cluster", "gpy", "mujoco"}
+EXTRAS = {"cluster", "gpy", "mujoco", "skills"}
 
 # A skill from a table, and the arm that executes it, without what is no base package.
 USE = """

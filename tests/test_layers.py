@@ -28,9 +28,11 @@ FLOORS = [
     "msc.estimates",
     "msc.study.rivals",
     "msc.study",
+    "msc.skills",
     "msc.worlds",
     "msc.claims",
     "msc.plots",
+    "msc._cli_fit",
     "msc.cli",
 ]
 ONLY_IN = {
@@ -39,6 +41,7 @@ ONLY_IN = {
     "pybullet_utils": "msc.robot._bullet",
     "mujoco": "msc.robot._mujoco",
     "cma": "msc.search._cmaes",
+    "skops": "msc.skills._saved",
 }
 KNOWS_GOALS = {  # rivals that ask how movements end
     f"msc.study.rivals.{name}"

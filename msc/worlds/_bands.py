@@ -13,7 +13,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from crepes import ConformalRegressor
 from numpy.typing import NDArray
 from scipy.stats import norm
 
@@ -217,13 +216,24 @@ def conformal_halves(
         held = chosen[folds == k]
         means, own = fit(chosen[folds != k]).predict(grid.tasks[held], return_std=True)
         errors[folds == k], scales[folds == k] = grid.policies[held] - means, own
-    halves = np.empty_like(stds)
+    halves, conformal = np.empty_like(stds), _load_crepes()
     for weight, column in enumerate(halves.T):
-        model = ConformalRegressor().fit(errors[:, weight], sigmas=scales[:, weight])
+        model = conformal().fit(errors[:, weight], sigmas=scales[:, weight])
         own = stds[:, weight]
         bands = model.predict_int(np.zeros(len(own)), sigmas=own, confidence=LEVEL)
         column[:] = bands[:, 1]
     return halves
+
+
+def _load_crepes() -> Any:
+    """Return the class that makes conformal bands, or say that it is an extra."""
+    try:
+        from crepes import ConformalRegressor  # noqa: PLC0415
+    except ImportError:
+        raise ValueError(
+            "conformal bands need crepes; wanted the extra, pip install 'msc[skills]'"
+        ) from None
+    return ConformalRegressor
 
 
 def _summarise(held_and_scores: Array, widths: Array) -> dict[str, float] | None:
