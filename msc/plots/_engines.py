@@ -50,7 +50,7 @@ def plot_engines(engines: Mapping[str, Any]) -> Figure:
         right.step(np.sort(ratio[of]), share, where="post", **look)
     left.set(xscale="log", xlabel="largest difference of a joint (rad)")
     left.set_ylabel("share of movements")
-    left.legend(loc="upper left")
+    left.legend(loc="center")
     right.set(xlabel="cost in the other engine, over its own")
     return figure
 

@@ -128,6 +128,15 @@ def test_nothing_sticks_out(seen, size):
     assert not out, listed(f"{seen.name} at {size['width']} px", out)
 
 
+def test_a_figure_s_page_begins_with_it(seen):
+    if not re.match(r"fig\d", seen.name):
+        pytest.skip("no page of a figure")
+    first = seen.page.locator("article .cell_output :is(img, .msc-slider)").first
+    box = first.bounding_box()
+    assert box["y"] < 400
+    assert box["y"] + min(box["height"], 300) < 700
+
+
 # The last tests of each page: what happened in the others counts too.
 def test_no_error_in_the_console(seen):
     assert not seen.said, listed(seen.name, seen.said)
