@@ -525,14 +525,14 @@ def _run_worlds(options: argparse.Namespace) -> None:
             msc.worlds.locate_jumps(folder, options.out_dir, names, **how)
         elif options.step == "bands":
             msc.worlds.locate_bands(folder, options.out_dir, names, **how)
+            found = msc.worlds.judge_bands(options.out_dir)
+            write_json(options.out_dir / "bands.json", found)
         elif options.step == "engines":
             out = options.out_dir / "engines.json"
             msc.worlds.compare_engines(folder, out, names, progress=True)
         elif options.step == "judge":
             out = options.out_dir / "verdicts.json"
-            verdicts = msc.worlds.judge_worlds(folder, options.out_dir)
-            bands = msc.worlds.judge_bands(options.out_dir)
-            write_json(out, verdicts | {"bands": bands})
+            write_json(out, msc.worlds.judge_worlds(folder, options.out_dir))
         else:
             msc.worlds.study_worlds(folder, options.out_dir, names, **how)
     except KeyboardInterrupt:

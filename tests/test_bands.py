@@ -11,6 +11,7 @@ from sklearn.cluster import KMeans
 
 import msc.worlds._bands
 from msc import ParameterizedSkill
+from msc.plots import bands_table
 from msc.worlds import judge_bands, measure_bands, resample
 from msc.worlds._bands import LEVEL, _catch, conformal_halves
 from msc.worlds._study import load_world
@@ -131,3 +132,11 @@ def test_bands_are_averaged_over_worlds(tmp_path, brief):
     assert layouts["failures"] == [5, 120]
     assert layouts["caught"] == {"std": {"0.1": 0.4}}
     assert found["arm"]["single, one kernel"]["caught"] == {}
+
+
+def test_a_table_of_bands_has_a_row_for_each_that_there_is(tmp_path):
+    of = {"coverage": {"value": 0.8, "low": 0.7, "high": 0.9}}
+    bands = {"charts": {"bands": {"gaussian": {"away": of, "beside": {}}}}}
+    told = bands_table(bands)
+    assert told.index.tolist() == [("charts", "gaussian", "away")]
+    assert told.loc[("charts", "gaussian", "away")].tolist() == [0.8, 0.7, 0.9]

@@ -40,7 +40,7 @@ above, tasks in degrees.
 - `world_matrix`, `assumption_matrix`, `count_table`, `plot_families`,
   `plot_standings`, `plot_payoff`, `plot_maps`: what many worlds answer
 - `plot_engines`, `plot_finer_steps`: the two engines
-- `plot_bands`, `plot_caught`: how sure skills are
+- `plot_bands`, `plot_caught`, `bands_table`: how sure skills are
 """
 
 from typing import TYPE_CHECKING
@@ -49,7 +49,7 @@ from press import face
 
 if TYPE_CHECKING:
     from msc.plots._arm import plot_followed, plot_poses, plot_weights, slide_weight
-    from msc.plots._bands import plot_bands, plot_caught
+    from msc.plots._bands import bands_table, plot_bands, plot_caught
     from msc.plots._controls import (
         count_wins,
         means_by_size,

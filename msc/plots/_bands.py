@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 import matplotlib.pyplot as plt
+import pandas as pd
 from matplotlib.figure import Figure
 
 from msc.estimates import Estimate
@@ -68,6 +69,32 @@ def plot_bands(bands: Mapping[str, Any], level: float = _LEVEL) -> Figure:
         fontsize=SMALL,
     )
     return figure
+
+
+def bands_table(bands: Mapping[str, Any], key: str = "coverage") -> pd.DataFrame:
+    """List how often bands hold what was searched, or how good they are.
+
+    Parameters
+    ----------
+    bands : dict
+        Those of a family, as `msc.worlds.judge_bands` returned them.
+    key : {"coverage", "width", "score"}, default="coverage"
+        What of them.
+
+    Returns
+    -------
+    DataFrame
+        A row a method, kind of band and place; "value", and its interval over worlds,
+        "low" and "high".
+    """
+    found = {
+        (name, kind, place): of[key]
+        for name, one in bands.items()
+        for kind, places in one["bands"].items()
+        for place, of in places.items()
+        if of
+    }
+    return pd.DataFrame(found).T.rename_axis(["method", "band", "place"])
 
 
 @styled
