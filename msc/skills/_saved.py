@@ -69,17 +69,17 @@ def versions() -> dict[str, str]:
     return found
 
 
-def save_skill(skill: TableSkill, path: Path) -> None:
+def save_skill(skill: TableSkill, path: Path | str) -> None:
     """Write a fitted skill, whole or not at all.
 
     Parameters
     ----------
     skill : TableSkill
         The skill.
-    path : Path
+    path : Path or str
         Where to; its name should end in ``.skops``.
     """
-    replace_file(path, skill_bytes(skill))
+    replace_file(Path(path), skill_bytes(skill))
 
 
 def skill_bytes(skill: TableSkill) -> bytes:
