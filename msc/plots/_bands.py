@@ -113,7 +113,7 @@ def plot_caught(bands: Mapping[str, Any]) -> Figure:
         aside, over the share of tasks that are; dashed where the gate's doubt decides
         instead of the standard deviation, dotted what chance would catch.
     """
-    figure, axis = plt.subplots(figsize=(5.2, 3.4))
+    figure, axis = plt.subplots(figsize=(7.4, 3.4))
     shown = {name: of for name, of in bands.items() if of["caught"]}
     for number, (name, of) in enumerate(shown.items()):
         failed, total = of["failures"]
