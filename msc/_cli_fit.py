@@ -11,6 +11,7 @@ from pathlib import Path
 from threadpoolctl import threadpool_limits
 
 import msc.skills
+from msc.data import read_package
 from press import Commands, add_jobs, add_profile, add_seed, check_output
 
 
@@ -18,12 +19,10 @@ def _add_fit(commands: Commands) -> None:
     """Declare `msc fit`."""
     parser = commands.add_parser("fit", help="learn a skill from a table of your own")
     parser.add_argument("table", type=Path, help="a .csv or .parquet file")
-    parser.add_argument(
-        "--tasks", nargs="+", metavar="COL", required=True, help="task columns"
-    )
-    parser.add_argument(
-        "--policies", nargs="+", metavar="COL", required=True, help="policy columns"
-    )
+    about = "task columns; of a table that msc search made, known"
+    parser.add_argument("--tasks", nargs="+", metavar="COL", default=[], help=about)
+    about = "policy columns; the same"
+    parser.add_argument("--policies", nargs="+", metavar="COL", default=[], help=about)
     parser.add_argument("--cost", metavar="COL", help="what was paid for each policy")
     _add_units(parser)
     parser.add_argument(
@@ -60,6 +59,12 @@ def _run_fit(options: argparse.Namespace) -> None:
     """Compare methods on a table; write the best skill, the paper's, and a card."""
     folder: Path = options.out
     msc.skills.check_folder(folder, force=options.force)
+    if not options.tasks and not options.policies:
+        _describe(options)
+    if not (options.tasks and options.policies):
+        raise ValueError(
+            "--tasks and --policies: wanted names of columns, of each some"
+        )
     periods = {}
     for name, word in msc.skills.read_pairs("period", options.period).items():
         try:
@@ -89,6 +94,22 @@ def _run_fit(options: argparse.Namespace) -> None:
     msc.skills.save_fit(fit, folder, force=options.force)
     print(*msc.skills.tell_fit(fit.card), sep="\n")
     print(f"{folder}: skill.skops, paper.skops, card.json, scores.csv")
+
+
+def _describe(options: argparse.Namespace) -> None:
+    """Take columns and units from what msc search wrote beside its table."""
+    path: Path = options.table
+    told = {one["path"]: one for one in read_package(path.parent)["resources"]}
+    if path.name not in told:
+        return
+    of = told[path.name]
+    names = [field["name"] for field in of["schema"]["fields"]]
+    options.tasks = of["schema"]["primaryKey"]
+    options.policies = [name for name in names if name.startswith("weight_")]
+    options.cost = options.cost or "cost"
+    options.period = options.period or ["task_deg=360"]
+    units = {name: name.rpartition("_")[2] for name in options.tasks}
+    options.units = options.units or [f"{name}={unit}" for name, unit in units.items()]
 
 
 def _command(options: argparse.Namespace) -> str:

@@ -14,11 +14,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 import msc.claims
 import msc.plots
 import msc.robot
 import msc.search
+import msc.skills
 import msc.study
 import msc.worlds
 from msc._cli_fit import FIT_COMMANDS
@@ -313,6 +315,9 @@ def _add_render(commands: Commands) -> None:
         help="six weights; by default the searched policy of the nearest task",
     )
     parser.add_argument(
+        "--skill", type=Path, help="or what a .skops file of msc fit predicts"
+    )
+    parser.add_argument(
         "--out", type=Path, required=True, help="a .png, .gif or .mp4 file"
     )
     parser.set_defaults(run=_run_render)
@@ -333,12 +338,30 @@ def _run_render(options: argparse.Namespace) -> None:
     task: Any = tuple(options.task) if world.further else options.task[0]
     target = world.target(task)
     policy, origin = options.policy, "the given policy"
-    if policy is None:
+    if policy is not None and options.skill:
+        raise ValueError("--policy and --skill: wanted one of them")
+    if options.skill:
+        policy, origin = _predicted_policy(world, options.skill, task)
+    elif policy is None:
         policy, origin = _nearest_policy(world, options.workspace, task)
     with msc.robot.Arm(world) as arm:
         rollout = arm.execute(policy, task)
     msc.plots.render(world.at(task), rollout, target, out)
     print(f"{out}: {origin} ends {100 * rollout.error:.2f} cm from the target")
+
+
+def _predicted_policy(world: Workspace, path: Path, task: Any) -> tuple[Any, str]:
+    """Return what a skill predicts for a task, and what it is."""
+    skill = msc.skills.load_skill(path)
+    names = list(getattr(skill, "feature_names_in_", ()))
+    if names != list(world.task_names):
+        told = ", ".join(names) or "columns without names"
+        raise ValueError(
+            f"{path}: a skill for tasks of {told}; wanted "
+            f"{', '.join(world.task_names)}, as {world.name} has them"
+        )
+    new = pd.DataFrame([np.atleast_1d(task)], columns=names)
+    return skill.predict(new)[0], f"the policy that {path.name} predicts"
 
 
 def _nearest_policy(world: Workspace, name: str, task: Any) -> tuple[Any, str]:
