@@ -34,7 +34,8 @@ above, tasks in degrees.
 - `plot_stops`, `planned_stops`, `plot_kernels`, `plot_ladder`, `rung`,
   `plot_projection`, `projected_methods`, `means_by_size`, `count_wins`: what kernels,
   charts, gates and ends decide
-- `WorldSheets`, `plot_sheet`, `plot_contact_sheet`, `world_address`: many worlds
+- `WorldSheets`, `plot_sheet`, `plot_contact_sheet`, `world_address`, `look_up`,
+  `tell_pieces`: many worlds
 - `plot_coverage`, `plot_other_coverage`, `coverage_table`, `GOOD_COVERAGE`: how sure
   intervals are
 - `world_matrix`, `assumption_matrix`, `count_table`, `plot_families`,
@@ -94,8 +95,10 @@ if TYPE_CHECKING:
     )
     from msc.plots._sheets import (
         WorldSheets,
+        look_up,
         plot_contact_sheet,
         plot_sheet,
+        tell_pieces,
         world_address,
     )
     from msc.plots._skill import plot_composition, plot_rivals, slide_predictions

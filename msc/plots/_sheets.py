@@ -413,9 +413,22 @@ def _panel(figure: Figure, box: tuple[float, float, float, float]) -> Axes:
 def tell_pieces(
     world: Workspace, train: Dataset, jumps: Mapping[str, Any] | None
 ) -> Labels:
-    """Tell which piece between jumps each task belongs to; none: not settled yet.
+    """Tell which piece between jumps each task of a world belongs to.
 
-    On a circle between confirmed ones, otherwise between all that look like one.
+    Parameters
+    ----------
+    world : Workspace
+        The world.
+    train : Dataset
+        Its tasks.
+    jumps : dict or None
+        What `msc.worlds.bisect_world` found in them; None: they are not settled yet.
+
+    Returns
+    -------
+    ndarray of shape (n_tasks,)
+        Numbers of pieces: on a circle between confirmed jumps, otherwise between all
+        steps that look like one. `N_LABELS` if jumps are not settled.
     """
     n_tasks = len(train.tasks)
     if jumps is None:

@@ -500,7 +500,7 @@ def plot_maps(
         mean = rounded(float(far.mean()), 2)
         axis.set_title(f"executed: {name}, mean {mean} cm", loc="left")
     for axis in axes.flat:
-        axis.set(aspect="equal", xlim=(-0.95, 0.95), ylim=(-0.95, 0.95))
+        axis.set(aspect="equal", xlim=(-0.86, 0.86), ylim=(-0.86, 0.86))
         axis.set_axis_off()
     return figure
 
