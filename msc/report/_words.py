@@ -1,0 +1,273 @@
+"""What a card says, in plain sentences: what was found, and what of it to trust."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from typing import Any
+
+Card = Mapping[str, Any]
+
+FEW = 60  # different tasks: fewer make less than twenty blocks
+_NAMED = 3  # breaks and methods that a sentence lists
+_FLATTERED = 1.25  # times: a root mean square that is said to be smaller
+_LEVEL = 0.9
+_MEAN, _NEAREST = "mean policy", "nearest neighbour"
+
+
+def share(error: float) -> str:
+    """Write a squared error as its root, in percent of a column's spread.
+
+    >>> share(0.0225), share(1.21), share(0.00010)
+    ('15 %', '110 %', '1 %')
+    """
+    return percent(max(error, 0.0) ** 0.5)
+
+
+def percent(value: float) -> str:
+    """Write a share.
+
+    >>> percent(0.12345), percent(0.012345), percent(0.9999)
+    ('12 %', '1.2 %', '100 %')
+    """
+    return f"{100 * value:.0f} %" if value >= 0.0995 else f"{100 * value:.2g} %"
+
+
+def errors_of(card: Card) -> dict[str, float]:
+    """Return errors by method."""
+    return {one["method"]: one["error"] for one in card["methods"]}
+
+
+def nothing_beats_the_mean(card: Card) -> bool:
+    """Tell whether the mean policy is recommended."""
+    return bool(card["chosen"] == _MEAN)
+
+
+def tell_found(card: Card) -> str:
+    """Say in a sentence what was found."""
+    errors, chosen = errors_of(card), card["chosen"]
+    others = [f"the mean policy is off by {share(errors[_MEAN])}"]
+    if _NEAREST in errors and chosen != _NEAREST:
+        others.append(f"the nearest row by {share(errors[_NEAREST])}")
+    if nothing_beats_the_mean(card):
+        return (
+            f"{_tell_breaks(card)}, and of {len(errors)} methods none beats the mean "
+            f"policy for certain: on tasks left out, {' and '.join(others)} of the "
+            "policies' spread."
+        )
+    return (
+        f"{_tell_breaks(card)}; of {len(errors)} methods, {chosen} is recommended: on "
+        f"tasks left out it is off by {share(errors[chosen])} of the policies' spread, "
+        f"where {' and '.join(others)}."
+    )
+
+
+def _tell_breaks(card: Card) -> str:
+    """Say whether the policies break, and where."""
+    jumps = card["jumps"]
+    n_jumps, pieces = jumps["n_jumps"], jumps["pieces"]
+    if not n_jumps:
+        return "The policies show no break"
+    if len(card["tasks"]) == 1:
+        places = f"{n_jumps} places" if n_jumps > 1 else "one place"
+        return f"The policies break at {places} ({break_places(card)})"
+    told = f"The policies break between {n_jumps:,} of {jumps['n_edges']:,} pairs of "
+    told += "neighbouring tasks"
+    return told + (f", into {len(pieces):,} pieces" if len(pieces) > 1 else "")
+
+
+def break_places(card: Card) -> str:
+    """List the widest breaks along the one task column, in its order."""
+    (task,), widest = card["tasks"], card["jumps"]["widest_jumps"]
+    between = sorted(widest[:_NAMED])
+    listed = ", ".join(f"{low[0]:.5g} and {high[0]:.5g}" for low, high in between)
+    more = card["jumps"]["n_jumps"] - len(between)
+    unit = f" {task['unit']}" if task["unit"] else ""
+    return f"{task['name']} between {listed}{unit}" + (
+        f", and {more} more" * (more > 0)
+    )
+
+
+def tell_read(card: Card) -> list[str]:
+    """Say what was read."""
+    table = card["table"]
+    told = [
+        f"{table['n_rows']:,} rows, none with a number missing, of "
+        f"{table['n_tasks']:,} different tasks; {_columns(card)}."
+    ]
+    if table["n_repeated_tasks"]:
+        told.append(
+            f"Replicates: {table['n_repeated_tasks']:,} tasks come more than once, in "
+            f"{table['n_replicates']:,} rows; all are kept, and are left out together."
+        )
+    return told + [f"Of the file: {note}." for note in table["notes"]]
+
+
+def _columns(card: Card) -> str:
+    """Count columns."""
+    counted = [(len(card["tasks"]), "task"), (len(card["policies"]), "policy")]
+    return " and ".join(f"{n} {what} column{'s' * (n > 1)}" for n, what in counted)
+
+
+def tell_trust(card: Card) -> list[str]:
+    """Say what to trust, and what not."""
+    told = [
+        _tell_worth(card),
+        *_tell_ties(card),
+        _tell_range(card),
+        *_tell_beside(card),
+        *_tell_few(card),
+        *_tell_alone(card),
+        _tell_bands(card),
+    ]
+    told += [
+        f"{name} could not be fitted: {why}." for name, why in card["failed"].items()
+    ]
+    return told + [f"Told while fitting: {words}" for words in card["warnings"]]
+
+
+def _tell_worth(card: Card) -> str:
+    """Say what the recommendation is worth where it was made anew."""
+    choosing = card["error_of_choosing"]
+    picks = Counter(choosing["chosen_without_fold"])
+    often, other = picks[card["chosen"]], len(choosing["chosen_without_fold"])
+    told = (
+        f"Chosen anew without the blocks that it is measured on, {card['chosen']} was "
+        f"taken {often} of {other} times, and the choice was off by "
+        f"{share(choosing['error'])}: that is the figure for new tasks of this range"
+    )
+    if nothing_beats_the_mean(card):
+        return f"{told}. From this table no policy can be told by its task for certain."
+    surely = choosing["below_mean_low"] > 0
+    return told + (
+        ", for certain less than the mean policy."
+        if surely
+        else ", which may be no better than the mean policy: take more tasks."
+    )
+
+
+def _tell_ties(card: Card) -> list[str]:
+    """Name methods that are not told apart from the best."""
+    tied = [
+        one["method"]
+        for one in card["methods"]
+        if one["above_best_low"] <= 0 and one["method"] != card["chosen"]
+    ]
+    if not tied:
+        return []
+    return [
+        f"Not told apart from the best for certain: {_list(tied)}. Of such "
+        f"{card['chosen']} was taken as the simplest; another table may turn the order."
+    ]
+
+
+def _tell_range(card: Card) -> str:
+    """Say where predictions are extrapolated."""
+    ranges = [
+        f"{task['name']} {task['lowest']:.5g} to {task['highest']:.5g}"
+        + (f" {task['unit']}" if task["unit"] else "")
+        for task in card["tasks"]
+        if task["period"] is None
+    ]
+    rings = [
+        f"{task['name']} comes round again after {task['period']:g}, and only a gap of "
+        "more than a quarter of that is outside"
+        for task in card["tasks"]
+        if task["period"] is not None
+    ]
+    inside = (
+        f"Trust nothing outside the range of the rows ({_list(ranges, len(ranges))}); "
+        "msc predict names such columns under 'outside'"
+    )
+    told = "; ".join([*([inside] if ranges else []), *rings])
+    return f"{told[0].upper()}{told[1:]}." if ranges else f"{told}."
+
+
+def _tell_beside(card: Card) -> list[str]:
+    """Say that beside a break a prediction may be of its other side."""
+    if not card["jumps"]["n_jumps"]:
+        return []
+    where = f" ({break_places(card)})" if len(card["tasks"]) == 1 else ""
+    return [
+        f"Beside a break{where} a prediction may belong to its other side: where in "
+        "the gap it lies, no row tells. Search such tasks anew, or try both sides."
+    ]
+
+
+def _tell_few(card: Card) -> list[str]:
+    """Say if there are few tasks, and whether more would help."""
+    table, chosen, told = card["table"], card["chosen"], []
+    (one,) = (one for one in card["methods"] if one["method"] == chosen)
+    interval = f"{share(one['low'])} to {share(one['high'])}"
+    if table["n_tasks"] < FEW:
+        told.append(
+            f"{table['n_tasks']} different tasks are few: the error of {chosen} rests "
+            f"on {card['blocks']['n_blocks']} blocks, and may be anything from "
+            f"{interval}."
+        )
+    else:
+        told.append(
+            f"The error of {chosen} rests on {card['blocks']['n_blocks']} "
+            f"blocks: {interval}, at 95 %."
+        )
+    curve = [one for one in card["curve"] if one["method"] == card["chosen"]]
+    for before, after in [*pairwise(curve)][-1:]:
+        falls = (
+            "still fell" if after["error"] < 0.9 * before["error"] else "hardly fell"
+        )
+        told.append(
+            f"Of {table['n_rows']:,} rows {chosen} learned {card['max_tasks']}, spread "
+            f"over all: from {before['n_tasks']} to {after['n_tasks']} its error "
+            f"{falls}, from {share(before['error'])} to {share(after['error'])}."
+        )
+    return told
+
+
+def _tell_alone(card: Card) -> list[str]:
+    """Compare blocks left out with single rows left out."""
+    single = card["held_out"]["single_rows_error"]
+    if single is None:
+        return []
+    error = errors_of(card)[card["chosen"]]
+    told = (
+        f"Errors are of whole blocks of neighbouring tasks left out: {share(error)}. "
+        f"With single rows left out it would be {share(single)}"
+    )
+    flatters = error > _FLATTERED**2 * single
+    return [
+        told
+        + (
+            ", which flatters: neighbours and replicates give the answer away. Between "
+            "rows that lie close, though, it is what to expect."
+            if flatters
+            else ": rows are not so close together that it matters."
+        )
+    ]
+
+
+def _tell_bands(card: Card) -> str:
+    """Say whether bands hold what they say."""
+    bands, chosen = card["held_out"]["bands"], card["chosen"]
+    told = next((one for one in bands if one["level"] == _LEVEL), None)
+    if told is None:
+        return (
+            f"{chosen} does not know how sure it is: its predictions have no bands; "
+            "those of paper.skops have."
+        )
+    verdict = "as they should"
+    if told["high"] < _LEVEL:
+        verdict = "they are too narrow, do not rely on them"
+    elif told["low"] > _LEVEL:
+        verdict = "they are wider than need be"
+    return (
+        f"Bands that should hold {percent(_LEVEL)} held {percent(told['held'])} of the "
+        f"policies left out ({percent(told['low'])} to {percent(told['high'])}): "
+        f"{verdict}."
+    )
+
+
+def _list(words: Sequence[str], most: int = _NAMED) -> str:
+    """List words, of many the first."""
+    more = f" and {len(words) - most} more" if len(words) > most else ""
+    return ", ".join(words[:most]) + more
