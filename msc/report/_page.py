@@ -172,8 +172,8 @@ def _tell_shown(scene: Scene) -> list[str]:
         told[0] += " by a policy column, the lighter the more."
     if len(scene.shown) < n_rows:
         told.append(
-            f"Pictures show {len(scene.shown):,} of {n_rows:,} rows, spread over all and "
-            f"drawn by seed {scene.card['seed']}: those that charts were found of."
+            f"Pictures show {len(scene.shown):,} of {n_rows:,} rows, spread over all "
+            f"and drawn by seed {scene.card['seed']}: those that charts were found of."
         )
     drawn = min(n_tasks, MOST_TASKS)
     counted = (
@@ -198,8 +198,8 @@ def _tell_walk(scene: Scene) -> str:
         for name, value in zip(scene.tasks[1:], scene.line(1)[0, 1:], strict=True)
     ]
     if others:
-        told += f"the others stay at their medians ({', '.join(others)}). "
-    told += "The dot is the policy predicted by " + scene.card["chosen"]
+        told += f"the others stay at their medians ({', '.join(others)}); "
+    told += "the dot is the policy predicted by " + scene.card["chosen"]
     if scene.fit.skill.has_std:
         told += ", the bar two standard deviations to either side"
     return told + "; rings are the nearest rows known."
@@ -225,8 +225,8 @@ def _tell_errors(card: Card) -> str:
         f"dealt into {blocks['n_folds']} folds; a method predicts each fold from the "
         "others. Its error is the mean square of what it missed, with each policy "
         "column's spread for a unit: the mean of all policies would have about 1. Of "
-        "those not surely worse than the best, the simplest, which is the uppermost, is "
-        "recommended."
+        "those not surely worse than the best, the simplest is recommended, which is "
+        "the uppermost."
     )
 
 

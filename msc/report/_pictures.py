@@ -137,7 +137,10 @@ def draw_charts(scene: Scene) -> Iterator[Picture]:
     smce, found = scene.fit.paper.model_.clusterer_, scene.card["charts"]
     unit = (policies - policies.mean(axis=0)) / scene.fit.paper.spreads_
     if unit.shape[1] > 1:
-        plane, title = PCA(2, svd_solver="full").fit_transform(unit), "policies, flat"
+        plane, title = (
+            PCA(2, svd_solver="full").fit_transform(unit),
+            "policies in the plane",
+        )
         plane *= np.sign(plane[np.abs(plane).argmax(axis=0), [0, 1]])
     else:
         first = scene.first(scene.X[scene.shown])
