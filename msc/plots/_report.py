@@ -14,7 +14,7 @@ import matplotlib.pyplot as plt
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator, NullLocator, PercentFormatter
+from matplotlib.ticker import LogLocator, MaxNLocator, NullLocator, PercentFormatter
 from numpy.typing import ArrayLike, NDArray
 
 from msc.estimates import Estimate
@@ -233,10 +233,7 @@ def plot_errors(methods: Sequence[Mapping[str, Any]], chosen: str) -> Figure:
         axis.plot(error.value, row, marker, color=colour, label=label, **look)
         if is_chosen:
             axis.axvline(error.value, color=colour, lw=0.8, ls="--", zorder=0)
-    if all(min(one["error"], one["low"]) > 0 for one in methods):
-        axis.set_xscale("log")
-        axis.xaxis.set_major_formatter("{x:g}")
-        axis.xaxis.set_minor_locator(NullLocator())
+    _log(axis, "x", [one[bound] for one in methods for bound in ("low", "high")])
     axis.set_yticks(range(len(methods)), [one["method"] for one in methods])
     axis.invert_yaxis()
     axis.set_xlabel("error (1: as far off as the mean)")
@@ -269,8 +266,8 @@ def plot_held(bands: Sequence[Mapping[str, float]]) -> Figure:
     axis.plot(levels, [one["held"] for one in bands], "o-", color=TRIO[0], ms=5)
     axis.set(xlim=(0, 1.02), ylim=(0, 1.02))
     axis.set(xlabel="share that a band should hold", ylabel="share held")
-    for one in (axis.xaxis, axis.yaxis):
-        one.set_major_formatter(PercentFormatter(1))
+    axis.xaxis.set_major_formatter(PercentFormatter(1))
+    axis.yaxis.set_major_formatter(PercentFormatter(1))
     return figure
 
 
@@ -297,14 +294,10 @@ def plot_learning(curve: Sequence[Mapping[str, Any]]) -> Figure:
         look = _OTHER | METHOD_STYLES.get(name, _LOOKS.get(name, {}))
         axis.plot(*zip(*points, strict=True), ms=4, label=name, **look)
     sizes = sorted({one["n_tasks"] for one in curve})
-    axis.set(xlabel="tasks learned from", ylabel="error")
-    axis.set(
-        xscale="log", yscale="log" if min(o["error"] for o in curve) > 0 else "linear"
-    )
+    axis.set(xlabel="tasks learned from", ylabel="error", xscale="log")
     axis.xaxis.set_minor_locator(NullLocator())
     axis.set_xticks(sizes, [str(size) for size in sizes])
-    axis.yaxis.set_major_formatter("{x:g}")
-    axis.yaxis.set_minor_locator(NullLocator())
+    _log(axis, "y", [one["error"] for one in curve])
     figure.legend(loc="outside lower center", ncols=2)
     return figure
 
@@ -356,7 +349,8 @@ def _panel(walk: Walk, k: int) -> Panel:
     def lift(values: ArrayLike) -> Array:
         """Bring policies to the width of the tasks: one scale serves both."""
         height = max(high - low, 1e-300)
-        return np.clip((np.asarray(values) - low) / height, 0, 1) * width
+        lifted: Array = np.clip((np.asarray(values) - low) / height, 0, 1) * width
+        return lifted
 
     def pairs(rows: Array) -> Array:
         return np.c_[rows[..., 0], lift(rows[..., 1 + k])]
@@ -412,7 +406,19 @@ def _draw_walk(axis: Axes, walk: Walk, step: int) -> None:
     axis.plot(walk.places[step], mean[step], "o", color=_INK, ms=7)
     axis.set(xlabel=shorten(walk.task), ylim=widen(walk.rows[:, 1], 0.15))
     axis.set_title(shorten(walk.policies[0], 40), loc="left")
-    axis.figure.legend(loc="outside lower center", ncols=3)  # type: ignore[call-arg]
+    axis.figure.legend(loc="outside lower center", ncols=3)
+
+
+def _log(axis: Axes, which: str, values: Sequence[float]) -> None:
+    """Make an axis logarithmic, with round numbers, if all values are positive."""
+    if min(values) <= 0:
+        return
+    axis.set(**{f"{which}scale": "log"})
+    ratio, one = max(values) / min(values), getattr(axis, f"{which}axis")
+    subs = (1, 1.2, 1.5, 2, 2.5, 3, 4, 5, 6, 8) if ratio < 4 else (1, 2, 5)
+    one.set_major_locator(LogLocator(subs=subs if ratio < 50 else (1,)))
+    one.set_major_formatter("{x:g}")
+    one.set_minor_locator(NullLocator())
 
 
 def _size(rows: Array) -> float:

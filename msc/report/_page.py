@@ -199,10 +199,11 @@ def _tell_walk(scene: Scene) -> str:
     ]
     if others:
         told += f"the others stay at their medians ({', '.join(others)}); "
-    told += "the dot is the policy predicted by " + scene.card["chosen"]
-    if scene.fit.skill.has_std:
-        told += ", the bar two standard deviations to either side"
-    return told + "; rings are the nearest rows known."
+    bar = ", the bar two standard deviations to either side"
+    return (
+        f"{told}the dot is the policy predicted by {scene.card['chosen']}"
+        f"{bar if scene.fit.skill.has_std else ''}; rings are the nearest rows known."
+    )
 
 
 def _tell_charts(card: Card) -> str:

@@ -120,15 +120,13 @@ def draw_policies(scene: Scene) -> Iterator[Picture]:
                 f"prediction as a line, and {len(jumps)} breaks.",
             )
         return
-    for pair in combinations(range(n_tasks), 2):
-        names = scene.tasks[pair[0]], scene.tasks[pair[1]]
-        points, over = X[:, pair], f"over {names[0]} and {names[1]}"
-        figure = plot_plane(points, names=names, title="charts", charts=scene.charts)
-        yield Picture(figure, f"A map of charts {over}.")
-        for k in shown:
-            title = scene.policies[k]
-            figure = plot_plane(points, names=names, title=title, values=y[:, k])
-            yield Picture(figure, f"A map of {title} {over}; lighter is more.")
+    drawn: list[tuple[str, dict[str, Any]]] = [("charts", {"charts": scene.charts})]
+    drawn += [(scene.policies[k], {"values": y[:, k]}) for k in shown]
+    for title, what in drawn:
+        for pair in combinations(range(n_tasks), 2):
+            names = scene.tasks[pair[0]], scene.tasks[pair[1]]
+            figure = plot_plane(X[:, pair], names=names, title=title, **what)
+            yield Picture(figure, f"A map of {title} over {names[0]} and {names[1]}.")
 
 
 def draw_charts(scene: Scene) -> Iterator[Picture]:

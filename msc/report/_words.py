@@ -66,15 +66,18 @@ def tell_found(card: Card) -> str:
 def _tell_breaks(card: Card) -> str:
     """Say whether the policies break, and where."""
     jumps = card["jumps"]
-    n_jumps, pieces = jumps["n_jumps"], jumps["pieces"]
+    n_jumps: int = jumps["n_jumps"]
+    pieces: list[int] = jumps["pieces"]
     if not n_jumps:
         return "The policies show no break"
     if len(card["tasks"]) == 1:
         places = f"{n_jumps} places" if n_jumps > 1 else "one place"
         return f"The policies break at {places} ({break_places(card)})"
-    told = f"The policies break between {n_jumps:,} of {jumps['n_edges']:,} pairs of "
-    told += "neighbouring tasks"
-    return told + (f", into {len(pieces):,} pieces" if len(pieces) > 1 else "")
+    into = f", into {len(pieces):,} pieces" if len(pieces) > 1 else ""
+    return (
+        f"The policies break between {n_jumps:,} of {jumps['n_edges']:,} pairs of "
+        f"neighbouring tasks{into}"
+    )
 
 
 def break_places(card: Card) -> str:
@@ -209,7 +212,7 @@ def _tell_few(card: Card) -> list[str]:
     else:
         told.append(
             f"The error of {chosen} rests on {card['blocks']['n_blocks']} "
-            f"blocks: {interval}, at 95 %."
+            f"blocks; its 95 % interval is {interval}."
         )
     curve = [one for one in card["curve"] if one["method"] == card["chosen"]]
     for before, after in [*pairwise(curve)][-1:]:
