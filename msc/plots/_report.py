@@ -344,16 +344,16 @@ def _panel(walk: Walk, k: int) -> Panel:
     """Show a policy column over the task column."""
     x = widen(np.r_[walk.places, walk.rows[:, 0]], 0.03)
     low, high = widen(np.r_[walk.means[:, k], walk.rows[:, 1 + k]], 0.1)
-    width = x[1] - x[0]
+    width: float = x[1] - x[0]
 
     def lift(values: ArrayLike) -> Array:
         """Bring policies to the width of the tasks: one scale serves both."""
         height = max(high - low, 1e-300)
-        lifted: Array = np.clip((np.asarray(values) - low) / height, 0, 1) * width
-        return lifted
+        share: Array = np.clip((np.asarray(values) - low) / height, 0, 1)
+        return share * width
 
     def pairs(rows: Array) -> Array:
-        return np.c_[rows[..., 0], lift(rows[..., 1 + k])]
+        return np.column_stack([rows[:, 0], lift(rows[:, 1 + k])])
 
     rows, mean, std = pairs(walk.rows), walk.means[:, k], walk.stds[:, k]
     marks = [

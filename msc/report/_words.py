@@ -66,8 +66,7 @@ def tell_found(card: Card) -> str:
 def _tell_breaks(card: Card) -> str:
     """Say whether the policies break, and where."""
     jumps = card["jumps"]
-    n_jumps: int = jumps["n_jumps"]
-    pieces: list[int] = jumps["pieces"]
+    n_jumps, pieces = jumps["n_jumps"], jumps["pieces"]
     if not n_jumps:
         return "The policies show no break"
     if len(card["tasks"]) == 1:
@@ -85,11 +84,10 @@ def break_places(card: Card) -> str:
     (task,), widest = card["tasks"], card["jumps"]["widest_jumps"]
     between = sorted(widest[:_NAMED])
     listed = ", ".join(f"{low[0]:.5g} and {high[0]:.5g}" for low, high in between)
-    more = card["jumps"]["n_jumps"] - len(between)
+    n_more = card["jumps"]["n_jumps"] - len(between)
+    more = f", and {n_more} more" if n_more else ""
     unit = f" {task['unit']}" if task["unit"] else ""
-    return f"{task['name']} between {listed}{unit}" + (
-        f", and {more} more" * (more > 0)
-    )
+    return f"{task['name']} between {listed}{unit}{more}"
 
 
 def tell_read(card: Card) -> list[str]:
