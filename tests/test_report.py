@@ -213,7 +213,7 @@ def test_a_break_is_told_with_its_place(card):
     card["jumps"] |= {"n_jumps": 1, "widest_jumps": [[[41.5], [43.25]]]}
     assert tell_found(card) == (
         "The policies break at one place (angle between 41.5 and 43.25 deg); of 3 "
-        "methods, charts is recommended: on tasks left out it is off by 13 % of the "
+        "methods, “charts” is recommended: on tasks left out it is off by 13 % of the "
         "policies' spread, where the mean policy is off by 120 % and the nearest row "
         "by 70 %."
     )
@@ -223,7 +223,9 @@ def test_a_break_is_told_with_its_place(card):
 
 def test_no_break_is_told_and_warned_of(card):
     card["jumps"] |= {"n_jumps": 0, "widest_jumps": []}
-    assert tell_found(card).startswith("The policies show no break; ")
+    assert tell_found(card).startswith(
+        "No break was found between neighbouring tasks; "
+    )
     assert not [one for one in tell_trust(card) if "Beside" in one]
 
 
@@ -256,7 +258,7 @@ def test_that_nothing_beats_the_mean_is_told_first(card):
         ({"held_out": {"single_rows_error": 0.0361}}, "would be 19 %: rows are not"),
         ({"held_out": {"single_rows_error": 1e-8}}, "0.01 %, which flatters"),
         ({"held_out": {"bands": []}}, "does not know how sure it is"),
-        ({"failed": {"CrKr": "too <few>"}}, "CrKr could not be fitted: too <few>."),
+        ({"failed": {"CrKr": "too <few>"}}, "“CrKr” could not be fitted: too <few>."),
         ({"warnings": ["of <this>"]}, "Told while fitting: of <this>"),
     ],
 )
@@ -288,7 +290,7 @@ def test_ties_are_named(card):
     worth(card, mean_policy=1.0, charts=0.01, random_forest=0.01, boosted_trees=0.5)
     card["chosen"] = "charts"
     (tie,) = (one for one in tell_trust(card) if "Not told apart" in one)
-    assert "certain: random forest. Of such charts was taken" in tie
+    assert "certain: “random forest”. Of such “charts” was taken" in tie
 
 
 def test_what_more_rows_are_worth_is_read_from_the_curve(card):

@@ -32,7 +32,7 @@ from msc.plots._style import (
 
 SIZE = 3.7, 2.8  # inches: a panel, legible on a telephone
 LETTERS = 30  # of a name in a picture
-NEAR = TRIO[1]  # what the nearest rows are ringed in
+NEAR = TRIO[0]  # what the nearest rows are ringed in
 SHOWN = 4  # policy columns of a slider
 
 _INK = "0.15"
@@ -258,8 +258,8 @@ def plot_held(bands: Sequence[Mapping[str, float]]) -> Figure:
     """
     figure, axis = plt.subplots(figsize=SIZE)
     axis.plot((0, 1), (0, 1), color="0.5", ls="--", lw=1)
-    axis.text(0.42, 0.36, "too narrow", color="0.3", ha="left", va="top")
-    axis.text(0.4, 0.44, "too wide", color="0.3", ha="right", va="bottom")
+    axis.text(0.24, 0.18, "too narrow", color="0.3", ha="left", va="top")
+    axis.text(0.24, 0.3, "too wide", color="0.3", ha="right", va="bottom")
     for one in bands:
         axis.plot([one["level"]] * 2, [one["low"], one["high"]], color=TRIO[0], lw=1)
     levels = [one["level"] for one in bands]

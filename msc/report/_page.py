@@ -21,7 +21,7 @@ from msc.report._pictures import (
     draw_policies,
     walk_along,
 )
-from msc.report._words import Card, share, tell_found, tell_read, tell_trust
+from msc.report._words import Card, quote, share, tell_found, tell_read, tell_trust
 from msc.skills import Fit, Table
 
 _STYLE = Path(__file__).with_name("report.css")
@@ -201,7 +201,7 @@ def _tell_walk(scene: Scene) -> str:
         told += f"the others stay at their medians ({', '.join(others)}); "
     bar = ", the bar two standard deviations to either side"
     return (
-        f"{told}the dot is the policy predicted by {scene.card['chosen']}"
+        f"{told}the dot is the policy predicted by {quote(scene.card['chosen'])}"
         f"{bar if scene.fit.skill.has_std else ''}; rings are the nearest rows known."
     )
 

@@ -39,6 +39,11 @@ def errors_of(card: Card) -> dict[str, float]:
     return {one["method"]: one["error"] for one in card["methods"]}
 
 
+def quote(method: str) -> str:
+    """Write the name of a method, which may have commas."""
+    return f"“{method}”"
+
+
 def nothing_beats_the_mean(card: Card) -> bool:
     """Tell whether the mean policy is recommended."""
     return bool(card["chosen"] == _MEAN)
@@ -57,9 +62,9 @@ def tell_found(card: Card) -> str:
             "policies' spread."
         )
     return (
-        f"{_tell_breaks(card)}; of {len(errors)} methods, {chosen} is recommended: on "
-        f"tasks left out it is off by {share(errors[chosen])} of the policies' spread, "
-        f"where {' and '.join(others)}."
+        f"{_tell_breaks(card)}; of {len(errors)} methods, {quote(chosen)} is "
+        f"recommended: on tasks left out it is off by {share(errors[chosen])} of the "
+        f"policies' spread, where {' and '.join(others)}."
     )
 
 
@@ -68,7 +73,7 @@ def _tell_breaks(card: Card) -> str:
     jumps = card["jumps"]
     n_jumps, pieces = jumps["n_jumps"], jumps["pieces"]
     if not n_jumps:
-        return "The policies show no break"
+        return "No break was found between neighbouring tasks"
     if len(card["tasks"]) == 1:
         places = f"{n_jumps} places" if n_jumps > 1 else "one place"
         return f"The policies break at {places} ({break_places(card)})"
@@ -123,7 +128,8 @@ def tell_trust(card: Card) -> list[str]:
         _tell_bands(card),
     ]
     told += [
-        f"{name} could not be fitted: {why}." for name, why in card["failed"].items()
+        f"{quote(name)} could not be fitted: {why}."
+        for name, why in card["failed"].items()
     ]
     return told + [f"Told while fitting: {words}" for words in card["warnings"]]
 
@@ -134,9 +140,10 @@ def _tell_worth(card: Card) -> str:
     picks = Counter(choosing["chosen_without_fold"])
     often, other = picks[card["chosen"]], len(choosing["chosen_without_fold"])
     told = (
-        f"Chosen anew without the blocks that it is measured on, {card['chosen']} was "
-        f"taken {often} of {other} times, and the choice was off by "
-        f"{share(choosing['error'])}: that is the figure for new tasks of this range"
+        "Chosen anew without the blocks that it is measured on, "
+        f"{quote(card['chosen'])} was taken {often} of {other} times, and the choice "
+        f"was off by {share(choosing['error'])}: that is the figure for new tasks of "
+        "this range"
     )
     if nothing_beats_the_mean(card):
         return f"{told}. From this table no policy can be told by its task for certain."
@@ -151,7 +158,7 @@ def _tell_worth(card: Card) -> str:
 def _tell_ties(card: Card) -> list[str]:
     """Name methods that are not told apart from the best."""
     tied = [
-        one["method"]
+        quote(one["method"])
         for one in card["methods"]
         if one["above_best_low"] <= 0 and one["method"] != card["chosen"]
     ]
@@ -159,7 +166,8 @@ def _tell_ties(card: Card) -> list[str]:
         return []
     return [
         f"Not told apart from the best for certain: {_list(tied)}. Of such "
-        f"{card['chosen']} was taken as the simplest; another table may turn the order."
+        f"{quote(card['chosen'])} was taken as the simplest; another table may turn "
+        "the order."
     ]
 
 
@@ -198,8 +206,8 @@ def _tell_beside(card: Card) -> list[str]:
 
 def _tell_few(card: Card) -> list[str]:
     """Say if there are few tasks, and whether more would help."""
-    table, chosen, told = card["table"], card["chosen"], []
-    (one,) = (one for one in card["methods"] if one["method"] == chosen)
+    table, chosen, told = card["table"], quote(card["chosen"]), []
+    (one,) = (one for one in card["methods"] if one["method"] == card["chosen"])
     interval = f"{share(one['low'])} to {share(one['high'])}"
     if table["n_tasks"] < FEW:
         told.append(
@@ -249,7 +257,7 @@ def _tell_alone(card: Card) -> list[str]:
 
 def _tell_bands(card: Card) -> str:
     """Say whether bands hold what they say."""
-    bands, chosen = card["held_out"]["bands"], card["chosen"]
+    bands, chosen = card["held_out"]["bands"], quote(card["chosen"])
     told = next((one for one in bands if one["level"] == _LEVEL), None)
     if told is None:
         return (
