@@ -67,7 +67,7 @@ def make_report(table: Table, fit: Fit) -> str:
     name = escape(card["table"]["name"])
     parts = [
         f"<h1>{name}</h1>",
-        f'<p class="lead">{escape(tell_found(card))}</p>',
+        f'<p class="lead">{_text(tell_found(card))}</p>',
         "<h2>What was read</h2>",
         *map(_paragraph, tell_read(card)),
         _columns_table(card),
@@ -85,7 +85,7 @@ def make_report(table: Table, fit: Fit) -> str:
         _figures(draw_comparison(card)),
         _errors_table(card),
         "<h2>What to trust, and what not</h2>",
-        f"<ul>{''.join(f'<li>{escape(one)}</li>' for one in tell_trust(card))}</ul>",
+        f"<ul>{''.join(f'<li>{_text(one)}</li>' for one in tell_trust(card))}</ul>",
         "<h2>How it was made</h2>",
         *_made(card),
     ]
@@ -101,7 +101,12 @@ def make_report(table: Table, fit: Fit) -> str:
 
 
 def _paragraph(words: str) -> str:
-    return f"<p>{escape(words)}</p>"
+    return f"<p>{_text(words)}</p>"
+
+
+def _text(words: str) -> str:
+    """Write a sentence, in which numbers and their percent signs stay together."""
+    return escape(words).replace(" %", "&nbsp;%")
 
 
 def _figures(pictures: Iterable[Picture]) -> str:

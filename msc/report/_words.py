@@ -131,7 +131,8 @@ def tell_trust(card: Card) -> list[str]:
         f"{quote(name)} could not be fitted: {why}."
         for name, why in card["failed"].items()
     ]
-    return told + [f"Told while fitting: {words}" for words in card["warnings"]]
+    told += [f"Told while fitting: {words}" for words in card["warnings"]]
+    return [*told, "All errors are of policies: what these do was not measured."]
 
 
 def _tell_worth(card: Card) -> str:
