@@ -10,7 +10,8 @@ from test_fit import broken
 
 from msc.cli import main
 from msc.report import make_report
-from msc.report._words import tell_found, tell_read, tell_trust
+from msc.report._pictures import _middles
+from msc.report._words import break_places, tell_found, tell_read, tell_trust
 from msc.skills import Table, fit_table
 
 METHODS = ["nearest neighbour", "single, one kernel"]
@@ -219,6 +220,13 @@ def test_a_break_is_told_with_its_place(card):
     )
     (beside,) = (one for one in tell_trust(card) if one.startswith("Beside a break"))
     assert "41.5 and 43.25 deg" in beside
+
+
+def test_a_break_where_a_circle_is_cut_is_between_its_ends(card):
+    card["tasks"][0]["period"] = 360.0
+    card["jumps"] |= {"n_jumps": 2, "widest_jumps": [[[1], [355]], [[20.5], [18.5]]]}
+    assert break_places(card) == "angle between 18.5 and 20.5, 355 and 1 deg"
+    assert _middles(card).ravel().tolist() == [19.5, 358.0]
 
 
 def test_no_break_is_told_and_warned_of(card):

@@ -28,8 +28,8 @@ from msc.plots import (
     plot_learning,
     plot_plane,
 )
-from msc.report._words import percent, share
-from msc.skills import Fit, Table
+from msc.report._words import Card, percent, share
+from msc.skills import Fit, Table, list_breaks
 
 Array = NDArray[np.float64]
 
@@ -108,8 +108,7 @@ def draw_policies(scene: Scene) -> Iterator[Picture]:
     if n_tasks == 1:
         places = scene.line(_FINE)
         means, stds = scene.predict(places)
-        pairs = np.array(scene.card["jumps"]["widest_jumps"]).reshape(-1, 2, 1)
-        jumps = [float(one) for one in scene.first(pairs).mean(axis=1)]
+        jumps = scene.first(_middles(scene.card)).tolist()
         for k in shown:
             figure = plot_column(
                 np.c_[scene.first(X), y[:, k]],
@@ -131,6 +130,14 @@ def draw_policies(scene: Scene) -> Iterator[Picture]:
             names = scene.tasks[pair[0]], scene.tasks[pair[1]]
             figure = plot_plane(X[:, pair], names=names, title=title, **what)
             yield Picture(figure, f"A map of {title} over {names[0]} and {names[1]}.")
+
+
+def _middles(card: Card) -> Array:
+    """Return the middles of breaks, as tasks of one column."""
+    period = card["tasks"][0]["period"] or np.inf
+    pairs = list_breaks(card, len(card["jumps"]["widest_jumps"]))
+    middles = [low + (high - low) % period / 2 for low, high in pairs]
+    return np.array(middles).reshape(-1, 1)
 
 
 def draw_charts(scene: Scene) -> Iterator[Picture]:
@@ -160,7 +167,7 @@ def draw_charts(scene: Scene) -> Iterator[Picture]:
     )
 
 
-def draw_comparison(card: Mapping[str, Any]) -> Iterator[Picture]:
+def draw_comparison(card: Card) -> Iterator[Picture]:
     """Draw errors of methods, what bands hold, and what more tasks are worth."""
     told = "; ".join(
         f"{one['method']} {share(one['error'])}" for one in card["methods"]

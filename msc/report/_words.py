@@ -7,6 +7,8 @@ from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
+from msc.skills import list_breaks
+
 Card = Mapping[str, Any]
 
 FEW = 60  # different tasks: fewer make less than twenty blocks
@@ -86,9 +88,8 @@ def _tell_breaks(card: Card) -> str:
 
 def break_places(card: Card) -> str:
     """List the widest breaks along the one task column, in its order."""
-    (task,), widest = card["tasks"], card["jumps"]["widest_jumps"]
-    between = sorted(widest[:_NAMED])
-    listed = ", ".join(f"{low[0]:.5g} and {high[0]:.5g}" for low, high in between)
+    (task,), between = card["tasks"], list_breaks(card, _NAMED)
+    listed = ", ".join(f"{low:.5g} and {high:.5g}" for low, high in between)
     n_more = card["jumps"]["n_jumps"] - len(between)
     more = f", and {n_more} more" if n_more else ""
     unit = f" {task['unit']}" if task["unit"] else ""
