@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import warnings
+from collections.abc import Iterable, Iterator, Sequence
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -59,37 +60,11 @@ def make_report(table: Table, fit: Fit) -> str:
     >>> "<h1>made.csv</h1>" in page, "<push>" in page
     (True, False)
     """
-    card = fit.card
-    with threadpool_limits(1):  # more add up in another order
-        scene = Scene(table, fit)
-        slider = slide_policies(walk_along(scene)).to_html()
-        policies, charts = ([*draw(scene)] for draw in (draw_policies, draw_charts))
-    name = escape(card["table"]["name"])
-    parts = [
-        f"<h1>{name}</h1>",
-        f'<p class="lead">{_text(tell_found(card))}</p>',
-        "<h2>What was read</h2>",
-        *map(_paragraph, tell_read(card)),
-        _columns_table(card),
-        "<h2>Policies over tasks</h2>",
-        *map(_paragraph, _tell_shown(scene)),
-        _figures(policies),
-        f"<h2>Along {escape(scene.tasks[0])}</h2>",
-        _paragraph(_tell_walk(scene)),
-        slider,
-        "<h2>Charts</h2>",
-        _paragraph(_tell_charts(card)),
-        _figures(charts),
-        "<h2>Methods compared</h2>",
-        _paragraph(_tell_errors(card)),
-        _figures(draw_comparison(card)),
-        _errors_table(card),
-        "<h2>What to trust, and what not</h2>",
-        f"<ul>{''.join(f'<li>{_text(one)}</li>' for one in tell_trust(card))}</ul>",
-        "<h2>How it was made</h2>",
-        *_made(card),
-    ]
-    body = "\n".join(parts)
+    name = escape(fit.card["table"]["name"])
+    with threadpool_limits(1), warnings.catch_warnings():
+        # Names may have letters that no font here has.
+        warnings.filterwarnings("ignore", "Glyph", UserWarning)
+        body = "\n".join(_tell(Scene(table, fit)))
     return (
         '<!doctype html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         f'<meta http-equiv="Content-Security-Policy" content="{_CLOSED}">\n'
@@ -98,6 +73,33 @@ def make_report(table: Table, fit: Fit) -> str:
         f"<style>\n{_STYLE.read_text(encoding='utf-8')}</style>\n</head>\n"
         f"<body>\n<main>\n{body}\n</main>\n</body>\n</html>\n"
     )
+
+
+def _tell(scene: Scene) -> Iterator[str]:
+    """Give the parts of the page."""
+    card = scene.card
+    yield f"<h1>{escape(card['table']['name'])}</h1>"
+    yield f'<p class="lead">{_text(tell_found(card))}</p>'
+    yield "<h2>What was read</h2>"
+    yield from map(_paragraph, tell_read(card))
+    yield _columns_table(card)
+    yield "<h2>Policies over tasks</h2>"
+    yield from map(_paragraph, _tell_shown(scene))
+    yield _figures(draw_policies(scene))
+    yield f"<h2>Along {escape(scene.tasks[0])}</h2>"
+    yield _paragraph(_tell_walk(scene))
+    yield slide_policies(walk_along(scene)).to_html()
+    yield "<h2>Charts</h2>"
+    yield _paragraph(_tell_charts(card))
+    yield _figures(draw_charts(scene))
+    yield "<h2>Methods compared</h2>"
+    yield _paragraph(_tell_errors(card))
+    yield _figures(draw_comparison(card))
+    yield _errors_table(card)
+    yield "<h2>What to trust, and what not</h2>"
+    yield f"<ul>{''.join(f'<li>{_text(one)}</li>' for one in tell_trust(card))}</ul>"
+    yield "<h2>How it was made</h2>"
+    yield from _made(card)
 
 
 def _paragraph(words: str) -> str:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import base64
 import io
-import warnings
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import combinations
@@ -57,9 +56,7 @@ class Picture:
     def to_png(self) -> str:
         """Draw it, in base 64."""
         file = io.BytesIO()
-        with warnings.catch_warnings():  # of names in letters that no font here has
-            warnings.filterwarnings("ignore", "Glyph", UserWarning)
-            self.figure.savefig(file, format="png", dpi=_DPI)
+        self.figure.savefig(file, format="png", dpi=_DPI)
         with Image.open(file) as image:
             few = image.convert("RGB").quantize(_COLOURS)  # a third of the bytes
         file = io.BytesIO()
