@@ -166,6 +166,14 @@ def test_of_many_rows_some_are_drawn_and_that_is_told(monkeypatch):
     assert "drawn by seed 3" in words
 
 
+def test_a_policy_column_that_never_changes_is_drawn(monkeypatch):
+    monkeypatch.setattr("msc.report._pictures._DPI", 20)
+    table = make_table(1, n_tasks=20)
+    table.policies["lift"] = 3.25
+    page = make_report(table, fit_table(table, methods=METHODS[:1]))
+    assert "lift 3.25" in page
+
+
 def test_a_circle_is_walked_once_round(monkeypatch):
     monkeypatch.setattr("msc.report._pictures._DPI", 20)
     angle = np.arange(-180.0, 180.0, 12.0)

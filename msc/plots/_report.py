@@ -37,7 +37,25 @@ SHOWN = 4  # policy columns of a slider
 
 _INK = "0.15"
 _RING = 0.012  # radius of a ring, of the panel's width
-_OTHER: dict[str, Any] = {"color": "0.45", "marker": "h", "ls": "-"}  # without a look
+# Methods that have no look elsewhere.
+_LOOKS: dict[str, dict[str, Any]] = {
+    "single, one kernel": {"color": CHART_COLOURS[3], "marker": "<", "ls": "--"},
+    "charts, one kernel": {"color": CHART_COLOURS[1], "marker": ">", "ls": "-"},
+    "charts, k-means": {"color": CHART_COLOURS[2], "marker": "p", "ls": "-"},
+}
+_OTHER: dict[str, Any] = {"color": "0.45", "marker": "h", "ls": "-"}
+
+# Rows of a forest.
+_RIVAL: dict[str, Any] = {
+    "color": "0.35",
+    "marker": "o",
+    "mfc": "0.7",
+    "ms": 5,
+    "mew": 1,
+}
+_LEAST = _RIVAL | {"marker": "s", "mfc": "white", "label": "least error"}
+_CHOSEN = _RIVAL | {"color": TRIO[0], "marker": "D", "mfc": TRIO[0], "ms": 7, "mew": 2}
+_CHOSEN |= {"label": "recommended"}
 
 
 @dataclass(frozen=True)
@@ -125,7 +143,7 @@ def plot_column(
         axis.axvline(jump, color="0.5", lw=0.8, ls=":", zorder=0)
     draw_by_chart(axis, rows, charts, ms=_size(rows), mew=0.2)
     axis.plot(places, mean, color=_INK, lw=1)
-    axis.set(xlabel=shorten(names[0]), ylim=widen(rows[:, 1], 0.15))
+    axis.set(xlabel=shorten(names[0]), ylim=_span(rows[:, 1], 0.15))
     axis.set_title(shorten(names[1], 40), loc="left")
     _name_charts(figure, charts)
     return figure
@@ -221,18 +239,13 @@ def plot_errors(methods: Sequence[Mapping[str, Any]], chosen: str) -> Figure:
     """
     figure, axis = plt.subplots(figsize=(SIZE[0], 1.1 + 0.2 * len(methods)))
     least = min(methods, key=lambda one: one["error"])["method"]
+    looks = {least: _LEAST, chosen: _CHOSEN}
     for row, one in enumerate(methods):
-        error, name = Estimate.read(one, "error"), one["method"]
-        is_chosen = name == chosen
-        colour = TRIO[0] if is_chosen else "0.35"
-        fill = colour if is_chosen else "white" if name == least else "0.7"
-        axis.plot(error.bounds, (row, row), color=colour, lw=2 if is_chosen else 1)
-        marker = "D" if is_chosen else "s" if name == least else "o"
-        label = "recommended" if is_chosen else "least error" if name == least else ""
-        look: Any = {"ms": 7 if is_chosen else 5, "mfc": fill, "mec": colour}
-        axis.plot(error.value, row, marker, color=colour, label=label, **look)
-        if is_chosen:
-            axis.axvline(error.value, color=colour, lw=0.8, ls="--", zorder=0)
+        error, look = Estimate.read(one, "error"), looks.get(one["method"], _RIVAL)
+        axis.plot(error.bounds, (row, row), color=look["color"], lw=look["mew"])
+        axis.plot(error.value, row, ls="", **look)
+        if one["method"] == chosen:
+            axis.axvline(error.value, color=look["color"], lw=0.8, ls="--", zorder=0)
     _log(axis, "x", [one[bound] for one in methods for bound in ("low", "high")])
     axis.set_yticks(range(len(methods)), [one["method"] for one in methods])
     axis.invert_yaxis()
@@ -302,13 +315,6 @@ def plot_learning(curve: Sequence[Mapping[str, Any]]) -> Figure:
     return figure
 
 
-_LOOKS: dict[str, dict[str, Any]] = {
-    "single, one kernel": {"color": CHART_COLOURS[3], "marker": "<", "ls": "--"},
-    "charts, one kernel": {"color": CHART_COLOURS[1], "marker": ">", "ls": "-"},
-    "charts, k-means": {"color": CHART_COLOURS[2], "marker": "p", "ls": "-"},
-}
-
-
 def slide_policies(walk: Walk) -> Slider:
     """Let the reader move along a task column, and see what is predicted.
 
@@ -343,13 +349,12 @@ def slide_policies(walk: Walk) -> Slider:
 def _panel(walk: Walk, k: int) -> Panel:
     """Show a policy column over the task column."""
     x = widen(np.r_[walk.places, walk.rows[:, 0]], 0.03)
-    low, high = widen(np.r_[walk.means[:, k], walk.rows[:, 1 + k]], 0.1)
+    low, high = _span(np.r_[walk.means[:, k], walk.rows[:, 1 + k]], 0.1)
     width: float = x[1] - x[0]
 
     def lift(values: ArrayLike) -> Array:
         """Bring policies to the width of the tasks: one scale serves both."""
-        height = max(high - low, 1e-300)
-        share: Array = np.clip((np.asarray(values) - low) / height, 0, 1)
+        share: Array = np.clip((np.asarray(values) - low) / (high - low), 0, 1)
         return share * width
 
     def pairs(rows: Array) -> Array:
@@ -404,7 +409,7 @@ def _draw_walk(axis: Axes, walk: Walk, step: int) -> None:
     rings: Any = {"mfc": "none", "mec": NEAR, "ms": 9, "mew": 1.8}
     axis.plot(*walk.near[step, :, :2].T, "o", label="nearest rows", **rings)
     axis.plot(walk.places[step], mean[step], "o", color=_INK, ms=7)
-    axis.set(xlabel=shorten(walk.task), ylim=widen(walk.rows[:, 1], 0.15))
+    axis.set(xlabel=shorten(walk.task), ylim=_span(walk.rows[:, 1], 0.15))
     axis.set_title(shorten(walk.policies[0], 40), loc="left")
     axis.figure.legend(loc="outside lower center", ncols=3)
 
@@ -419,6 +424,13 @@ def _log(axis: Axes, which: str, values: Sequence[float]) -> None:
     one.set_major_locator(LogLocator(subs=subs if ratio < 50 else (1,)))
     one.set_major_formatter("{x:g}")
     one.set_minor_locator(NullLocator())
+
+
+def _span(values: Array, share: float) -> tuple[float, float]:
+    """Return bounds of values, apart even of those that are all alike."""
+    low, high = widen(values, share)
+    margin = 0.0 if high > low else 0.1 * (abs(low) or 1.0)
+    return low - margin, high + margin
 
 
 def _size(rows: Array) -> float:

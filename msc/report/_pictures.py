@@ -27,7 +27,7 @@ from msc.plots import (
     plot_learning,
     plot_plane,
 )
-from msc.report._words import Card, percent, share
+from msc.report._words import Card, percent, share, unit_of
 from msc.skills import Fit, Table, list_breaks
 
 Array = NDArray[np.float64]
@@ -143,19 +143,17 @@ def draw_charts(scene: Scene) -> Iterator[Picture]:
     smce, found = scene.fit.paper.model_.clusterer_, scene.card["charts"]
     unit = (policies - policies.mean(axis=0)) / scene.fit.paper.spreads_
     if unit.shape[1] > 1:
-        plane, title = (
-            PCA(2, svd_solver="full").fit_transform(unit),
-            "policies in the plane",
-        )
+        where = "in the plane"
+        plane = PCA(2, svd_solver="full").fit_transform(unit)
         plane *= np.sign(plane[np.abs(plane).argmax(axis=0), [0, 1]])
     else:
-        first = scene.first(scene.X[scene.shown])
-        plane, title = np.c_[first, unit[:, 0]], "policies over tasks"
-    sizes = ", ".join(str(size) for size in found["sizes"])
+        where = "over tasks"
+        plane = np.c_[scene.first(scene.X[scene.shown]), unit[:, 0]]
+    sizes = ", ".join(map(str, found["sizes"]))
     yield Picture(
-        plot_graph(plane, smce, title, "auto"),
-        "Policies in the plane in which they vary most, joined where they reconstruct "
-        f"each other: {found['n_charts']} charts of {sizes}.",
+        plot_graph(plane, smce, f"policies {where}", "auto"),
+        f"Policies {where}, joined where they reconstruct each other: "
+        f"{found['n_charts']} charts of {sizes}.",
     )
     yield Picture(
         plot_elbow(found["elbow_curve"], found["n_charts"]),
@@ -230,5 +228,5 @@ def _caption(scene: Scene, place: float, mean: Array, std: Array, row: int) -> s
 
 def _named(column: Mapping[str, Any]) -> str:
     """Name a column with its unit."""
-    unit = column["unit"]
-    return f"{column['name']} ({unit})" if unit and unit != "1" else column["name"]
+    unit = unit_of(column).strip()
+    return f"{column['name']} ({unit})" if unit else str(column["name"])

@@ -46,6 +46,11 @@ def quote(method: str) -> str:
     return f"“{method}”"
 
 
+def unit_of(column: Mapping[str, Any]) -> str:
+    """Write a column's unit after a number, if it has one."""
+    return f" {column['unit']}" if column["unit"] not in (None, "1") else ""
+
+
 def nothing_beats_the_mean(card: Card) -> bool:
     """Tell whether the mean policy is recommended."""
     return bool(card["chosen"] == _MEAN)
@@ -92,8 +97,7 @@ def break_places(card: Card) -> str:
     listed = ", ".join(f"{low:.5g} and {high:.5g}" for low, high in between)
     n_more = card["jumps"]["n_jumps"] - len(between)
     more = f", and {n_more} more" if n_more else ""
-    unit = f" {task['unit']}" if task["unit"] else ""
-    return f"{task['name']} between {listed}{unit}{more}"
+    return f"{task['name']} between {listed}{unit_of(task)}{more}"
 
 
 def tell_read(card: Card) -> list[str]:
@@ -175,24 +179,23 @@ def _tell_ties(card: Card) -> list[str]:
 
 def _tell_range(card: Card) -> str:
     """Say where predictions are extrapolated."""
-    ranges = [
-        f"{task['name']} {task['lowest']:.5g} to {task['highest']:.5g}"
-        + (f" {task['unit']}" if task["unit"] else "")
-        for task in card["tasks"]
-        if task["period"] is None
-    ]
-    rings = [
-        f"{task['name']} comes round again after {task['period']:g}, and only a gap of "
-        "more than a quarter of that is outside"
-        for task in card["tasks"]
-        if task["period"] is not None
-    ]
-    inside = (
-        f"Trust nothing outside the range of the rows ({_list(ranges, len(ranges))}); "
-        "msc predict names such columns under 'outside'"
-    )
-    told = "; ".join([*([inside] if ranges else []), *rings])
-    return f"{told[0].upper()}{told[1:]}." if ranges else f"{told}."
+    ranges, told = [], []
+    for task in card["tasks"]:
+        name, low, high = task["name"], task["lowest"], task["highest"]
+        if task["period"] is None:
+            ranges.append(f"{name} {low:.5g} to {high:.5g}{unit_of(task)}")
+        else:
+            told.append(
+                f"{name} comes round again after {task['period']:g}, and only a gap of "
+                "more than a quarter of that is outside"
+            )
+    if ranges:
+        told.insert(
+            0,
+            f"Trust nothing outside the range of the rows ({', '.join(ranges)}); msc "
+            "predict names such columns under 'outside'",
+        )
+    return f"{'; '.join(told)}."
 
 
 def _tell_beside(card: Card) -> list[str]:
@@ -278,7 +281,7 @@ def _tell_bands(card: Card) -> str:
     )
 
 
-def _list(words: Sequence[str], most: int = _NAMED) -> str:
+def _list(words: Sequence[str]) -> str:
     """List words, of many the first."""
-    more = f" and {len(words) - most} more" if len(words) > most else ""
-    return ", ".join(words[:most]) + more
+    more = f" and {len(words) - _NAMED} more" if len(words) > _NAMED else ""
+    return ", ".join(words[:_NAMED]) + more
