@@ -10,6 +10,7 @@ from pathlib import Path
 
 from threadpoolctl import threadpool_limits
 
+import msc.report
 import msc.skills
 from msc.data import read_package
 from press import Commands, add_jobs, add_profile, add_seed, check_output
@@ -56,7 +57,7 @@ def _add_units(parser: argparse.ArgumentParser) -> None:
 
 
 def _run_fit(options: argparse.Namespace) -> None:
-    """Compare methods on a table; write the best skill, the paper's, and a card."""
+    """Compare methods on a table; write the best skill, the paper's, a card, a page."""
     folder: Path = options.out
     msc.skills.check_folder(folder, force=options.force)
     if not options.tasks and not options.policies:
@@ -91,9 +92,10 @@ def _run_fit(options: argparse.Namespace) -> None:
         progress=True,
         command=_command(options),
     )
-    msc.skills.save_fit(fit, folder, force=options.force)
+    report = msc.report.make_report(table, fit)
+    msc.skills.save_fit(fit, folder, report=report, force=options.force)
     print(*msc.skills.tell_fit(fit.card), sep="\n")
-    print(f"{folder}: skill.skops, paper.skops, card.json, scores.csv")
+    print(f"{folder}: report.html, skill.skops, paper.skops, card.json, scores.csv")
 
 
 def _describe(options: argparse.Namespace) -> None:

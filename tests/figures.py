@@ -11,11 +11,13 @@ from imagined import imagine_controls
 from imagined_worlds import FOLDER, imagine_layouts
 
 import msc.plots._search
+import msc.skills
 from msc import SMCE, Arm, Workspace, load_dataset
 from msc.data import Dataset, load_results, make_two_arcs
 from msc.plots import (
     METHOD_STYLES,
     Movements,
+    Walk,
     load_benchmark,
     load_times,
     plot_affinity,
@@ -24,25 +26,32 @@ from msc.plots import (
     plot_breaks,
     plot_caught,
     plot_clusterings,
+    plot_column,
     plot_composition,
     plot_contact_sheet,
     plot_coverage,
     plot_curves,
+    plot_elbow,
     plot_elbows,
     plot_engines,
+    plot_errors,
     plot_execution,
     plot_families,
     plot_finer_steps,
     plot_fits,
     plot_followed,
     plot_generations,
+    plot_graph,
+    plot_held,
     plot_kernels,
     plot_ladder,
     plot_leaderboard,
+    plot_learning,
     plot_manifold,
     plot_maps,
     plot_other_coverage,
     plot_payoff,
+    plot_plane,
     plot_poses,
     plot_projection,
     plot_quality,
@@ -64,11 +73,11 @@ from msc.plots import (
     slide_charts,
     slide_execution,
     slide_generations,
+    slide_policies,
     slide_predictions,
     slide_regularization,
     slide_weight,
 )
-from msc.plots._graph import plot_graph
 from msc.plots._sheets import look_up
 from msc.robot import read_world
 from msc.search import SearchOptions, coordinates, draw_tasks, record_search
@@ -252,6 +261,54 @@ def ranks():
     return Ranks(means, 16, 10.8, 0.0, 0.0, {[*METHODS][30]: "no results in 'free'"})
 
 
+def column():
+    places = np.linspace(0, 300, 30)
+    rows, doubt = np.c_[places, np.sin(places)], np.full(30, 0.1)
+    names = "an angle of $5 and $6, in degrees, which is long", "push (N)"
+    charts = np.arange(30) // 5
+    curve = places, rows[:, 1], doubt
+    return plot_column(rows, charts, names=names, curve=curve, jumps=[140.0])
+
+
+def plane():
+    points = np.random.default_rng(0).uniform(size=(30, 2))
+    names = "mass (kg)", "the angle at which it is held (deg)"
+    return plot_plane(points, names=names, title="push", values=points.sum(axis=1))
+
+
+def learners_of_tables():
+    return [
+        {"method": name, "error": 0.1 + k / 9, "low": 0.05, "high": 1.0 + k}
+        for k, name in enumerate(msc.skills.METHODS)
+    ]
+
+
+def learning():
+    return plot_learning(
+        [
+            {"method": name, "n_tasks": size, "error": (3 + k) / size}
+            for k, name in enumerate([*msc.skills.METHODS][3:10])
+            for size in (125, 250, 500)
+        ]
+    )
+
+
+def walk():
+    places = np.linspace(0, 300, 5)
+    rows = np.c_[places, np.cos(places), 1000 * np.sin(places)]
+    return Walk(
+        task="angle (deg)",
+        policies=["push $", "lift"],
+        places=places,
+        means=rows[:, 1:],
+        stds=np.full((5, 2), 0.1),
+        rows=rows,
+        charts=np.array([0, 0, 1, 1, 1]),
+        near=rows[[[0, 1], [1, 2], [2, 3], [3, 4], [4, 3]]],
+        captions=[f"at {place:g}" for place in places],
+    )
+
+
 FIGURES = {
     plot_workspaces: lambda: plot_workspaces(Workspace.free(), Workspace.obstacles()),
     plot_manifold: lambda: plot_manifold(experiment(), range(6)),
@@ -313,4 +370,16 @@ FIGURES = {
     plot_caught: lambda: plot_caught(bands()),
     plot_engines: engines,
     plot_finer_steps: finer_steps,
+    plot_column: column,
+    plot_plane: plane,
+    plot_elbow: lambda: plot_elbow([5.0, 2.0, 0.5, 0.4, 0.3], 3),
+    plot_errors: lambda: plot_errors(learners_of_tables(), "charts"),
+    plot_held: lambda: plot_held(
+        [
+            {"level": level, "held": 0.9 * level, "low": 0.8 * level, "high": level}
+            for level in (0.5, 0.8, 0.9, 0.99)
+        ]
+    ),
+    plot_learning: learning,
+    slide_policies: lambda: slide_policies(walk()).poster,
 }

@@ -84,6 +84,41 @@ def test_errors_are_those_of_blocks_left_out(fit):
     assert told == pytest.approx(np.mean(missed), rel=1e-5)
 
 
+def test_bands_are_judged_in_blocks_left_out():
+    """Each fold predicted by a skill of the others; nine of ten lie within 1.645."""
+    rng = np.random.default_rng(0)
+    angle = np.sort(rng.uniform(0, 300, 60))
+    push = np.cos(np.radians(angle)) + rng.normal(0, 0.2, 60)
+    frame = pd.DataFrame({"angle": angle, "push": push})
+    fit = fit_table(as_table(frame), methods=["single, one kernel"])
+    assert fit.skill.method == "single, one kernel"
+    X, y = frame[["angle"]].to_numpy(), frame[["push"]].to_numpy()
+    blocks = make_blocks(X, X, np.arange(60), 0)
+    held = []
+    for fold in range(5):
+        test = blocks.folds[blocks.of_row] == fold
+        skill = TableSkill("single, one kernel", random_state=0)
+        mean, std = skill.fit(X[~test], y[~test]).predict(X[test], return_std=True)
+        held += [*(np.abs(mean - y[test]) < 1.6449 * std).ravel()]
+    (band,) = (one for one in fit.card["held_out"]["bands"] if one["level"] == 0.9)
+    assert band["held"] == pytest.approx(np.mean(held), rel=1e-5)
+    assert 0 <= band["low"] <= band["held"] <= band["high"] <= 1
+
+
+def test_single_rows_left_out_have_their_neighbours():
+    frame = broken()
+    fit = fit_table(as_table(frame), methods=QUICK[:1])
+    assert fit.card["chosen"] == "nearest neighbour"
+    assert fit.card["held_out"]["bands"] == []
+    X, y = frame[["angle"]].to_numpy(), frame[["push", "lift"]].to_numpy()
+    y = (y - y.mean(axis=0)) / y.std(axis=0)
+    folds = np.random.default_rng(0).permutation(len(X)) % 5
+    apart = np.where(folds[:, None] == folds, np.inf, cdist(X, X))
+    missed = np.mean((y[apart.argmin(axis=1)] - y) ** 2)
+    told = fit.card["held_out"]["single_rows_error"]
+    assert told == pytest.approx(missed, rel=1e-5)
+
+
 def test_the_result_does_not_depend_on_workers(fit):
     again = fit_table(as_table(broken()), methods=QUICK, jobs=2)
     assert again.card == fit.card
@@ -356,7 +391,8 @@ def test_a_fit_is_written_whole_and_replaced_only_when_told(here, capsys):
     assert "recommended" in said
     out = here / "out"
     first = {path.name: path.read_bytes() for path in out.iterdir()}
-    assert {*first} == {"card.json", "paper.skops", "scores.csv", "skill.skops"}
+    pages = {"card.json", "report.html", "scores.csv"}
+    assert {*first} == pages | {"paper.skops", "skill.skops"}
     card = json.loads(first["card.json"])
     assert card["table"]["n_replicates"] == 4
     assert card["command"].startswith("msc fit t.csv --tasks angle --policies push")

@@ -32,6 +32,7 @@ FLOORS = [
     "msc.worlds",
     "msc.claims",
     "msc.plots",
+    "msc.report",
     "msc._cli_fit",
     "msc.cli",
 ]

@@ -42,6 +42,9 @@ above, tasks in degrees.
   `plot_standings`, `plot_payoff`, `plot_maps`: what many worlds answer
 - `plot_engines`, `plot_finer_steps`: the two engines
 - `plot_bands`, `plot_caught`, `bands_table`: how sure skills are
+- `plot_bands`, `plot_caught`: how sure skills are
+- `plot_column`, `plot_plane`, `plot_elbow`, `plot_errors`, `plot_held`,
+  `plot_learning`, `plot_graph`, `slide_policies`, `Walk`: a table of anybody's
 """
 
 from typing import TYPE_CHECKING
@@ -71,6 +74,7 @@ if TYPE_CHECKING:
     from msc.plots._graph import (
         plot_affinity,
         plot_clusterings,
+        plot_graph,
         plot_reconstruction,
         slide_charts,
         slide_regularization,
@@ -83,6 +87,16 @@ if TYPE_CHECKING:
     )
     from msc.plots._manifold import plot_execution, plot_manifold, slide_execution
     from msc.plots._ranks import plot_ranks
+    from msc.plots._report import (
+        Walk,
+        plot_column,
+        plot_elbow,
+        plot_errors,
+        plot_held,
+        plot_learning,
+        plot_plane,
+        slide_policies,
+    )
     from msc.plots._rivals import SECTION_V, plot_section_v, section_v_table
     from msc.plots._savings import plot_savings, savings_table
     from msc.plots._search import (

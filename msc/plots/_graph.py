@@ -145,7 +145,25 @@ def plot_affinity(smce: SMCE) -> Figure:
 
 @styled
 def plot_graph(points: Array, smce: SMCE, title: str, aspect: str = "equal") -> Figure:
-    """Draw points in the plane, fitted in whatever space, by chart, and their graph."""
+    """Draw points in the plane, fitted in whatever space, by chart, and their graph.
+
+    Parameters
+    ----------
+    points : ndarray of shape (n_points, 2)
+        Where to draw them.
+    smce : SMCE
+        Fitted to them, in whatever space.
+    title : str
+        What is written above.
+    aspect : str, default="equal"
+        How height goes with width, as Matplotlib has it.
+
+    Returns
+    -------
+    Figure
+        Points in the colours and with the marks of their charts, and lines between
+        those that reconstruct each other.
+    """
     figure, axis = plt.subplots(figsize=(4.6, 3.4))
     _draw_edges(axis, points, edges(smce), "0.4")
     draw_by_chart(axis, points, smce.labels_, **DOTS)

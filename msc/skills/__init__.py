@@ -27,6 +27,6 @@ if TYPE_CHECKING:
     from msc.skills._saved import load_skill, save_skill
     from msc.skills._skill import TableSkill
     from msc.skills._table import UNITS, Table, read_pairs, read_table
-    from msc.skills._words import tell_fit, tell_table
+    from msc.skills._words import list_breaks, tell_fit, tell_table
 
 __all__, __getattr__, __dir__ = face(__name__, __file__)

@@ -44,6 +44,11 @@ class Blocks:
         return np.bincount(self.of_row, values) / self.sizes
 
     @property
+    def n_folds(self) -> int:
+        """Into how many folds blocks were dealt."""
+        return int(self.folds.max()) + 1
+
+    @property
     def sizes(self) -> Indices:
         """Rows in each block."""
         return np.bincount(self.of_row, minlength=len(self.folds))

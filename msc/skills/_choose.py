@@ -107,7 +107,7 @@ def plan_fits(
     Without each fold, for the errors; without each pair, for the choices from which a
     fold was kept; and without each fold to fewer tasks, for the curve.
     """
-    n_folds = int(blocks.folds.max()) + 1
+    n_folds = blocks.n_folds
     single = [(fold,) for fold in range(n_folds)]
     pairs = list(combinations(range(n_folds), 2))
     plan = [
@@ -141,7 +141,7 @@ def compare_methods(
         for name, left_out, size in plan
     ]
     found: dict[tuple[str, tuple[int, ...], int], Any] = {}
-    for number, result in run(_left_out, calls):
+    for number, result in run(measure_left_out, calls):
         found[plan[number]] = result
         done()
     failed = {
@@ -150,7 +150,7 @@ def compare_methods(
         if isinstance(found[name, left_out, size], str)
     }
     sound = {name: one.max_tasks for name, one in skills.items() if name not in failed}
-    n_folds = int(blocks.folds.max()) + 1
+    n_folds = blocks.n_folds
 
     def gather(name: str, size: int, outer: int | None = None) -> Array:
         """Put together a method's errors, one a block; without what an outer had."""
@@ -181,7 +181,7 @@ def compare_methods(
     return Comparison(errors, blocks.sizes, failed, chosen, nested, tuple(picks), curve)
 
 
-def _left_out(
+def measure_left_out(
     skill: TableSkill,
     data: tuple[Array, Array, Array | None],
     blocks: Blocks,

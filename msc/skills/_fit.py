@@ -17,8 +17,9 @@ from tqdm import tqdm
 
 from msc._parallel import open_workers
 from msc.estimates import Estimate, six_digits
-from msc.skills._blocks import make_blocks
+from msc.skills._blocks import N_FOLDS, make_blocks
 from msc.skills._choose import Comparison, average, compare_methods, exceed, plan_fits
+from msc.skills._held_out import judge_chosen
 from msc.skills._methods import METHODS, MOST_NUMBERS, PAPER
 from msc.skills._saved import load_skops, skill_bytes, versions
 from msc.skills._skill import TableSkill
@@ -29,7 +30,8 @@ MAX_TASKS = {"quick": 500, "full": 1000}
 """By profile: tasks that methods other than neighbours and trees learn from."""
 
 CARD, SKILL, OURS, SCORES = "card.json", "skill.skops", "paper.skops", "scores.csv"
-FILES = {CARD, SKILL, OURS, SCORES}
+REPORT = "report.html"
+FILES = {CARD, SKILL, OURS, SCORES, REPORT}
 
 
 @dataclass(frozen=True)
@@ -141,6 +143,7 @@ def fit_table(
     scale = TableSkill("mean policy", periods=numbered).fit(X, unit).scale_
     with threadpool_limits(1):  # more add up in another order
         blocks = make_blocks(scale.flatten(X), scale.transform(X), table.copies, seed)
+    data = X, unit, table.cost
     sizes = [most // 4, most // 2] if len(X) > most else []
 
     def fitted(name: str) -> TableSkill:
@@ -154,16 +157,24 @@ def fit_table(
         )
         return skill.fit(table.tasks, table.policies, table.cost)
 
-    n_fits = len(plan_fits(skills, blocks, sizes)) + 2
+    n_fits = len(plan_fits(skills, blocks, sizes)) + N_FOLDS + blocks.n_folds + 2
     with tqdm(
         desc="fits", total=n_fits, disable=not progress, dynamic_ncols=True
     ) as bar:
         with open_workers(jobs) as run:
             compared = compare_methods(
                 skills,
-                (X, unit, table.cost),
+                data,
                 blocks,
                 sizes=sizes,
+                run=run,
+                done=bar.update,
+            )
+            held = judge_chosen(
+                skills[compared.chosen],
+                data,
+                blocks,
+                seed=seed,
                 run=run,
                 done=bar.update,
             )
@@ -186,8 +197,9 @@ def fit_table(
         "policies": _describe(table, table.policies),
         "jumps": jumps,
         "charts": describe_charts(paper),
-        "blocks": {"n_blocks": len(blocks.folds), "n_folds": len(set(blocks.folds))},
+        "blocks": {"n_blocks": len(blocks.folds), "n_folds": blocks.n_folds},
         "max_tasks": most,
+        "held_out": held,
         "methods": _scores(compared),
         "failed": compared.failed,
         "chosen": compared.chosen,
@@ -308,7 +320,9 @@ def check_folder(folder: Path, *, force: bool = False) -> None:
         )
 
 
-def save_fit(fit: Fit, folder: Path, *, force: bool = False) -> None:
+def save_fit(
+    fit: Fit, folder: Path, *, report: str | None = None, force: bool = False
+) -> None:
     """Write a fit as a folder, whole or not at all.
 
     Parameters
@@ -317,6 +331,8 @@ def save_fit(fit: Fit, folder: Path, *, force: bool = False) -> None:
         What `fit_table` returned.
     folder : Path
         Where to: ``skill.skops``, ``paper.skops``, ``card.json`` and ``scores.csv``.
+    report : str, optional
+        A page of HTML that tells of it, as ``report.html``.
     force : bool, default=False
         Whether an earlier fit is replaced.
 
@@ -335,6 +351,8 @@ def save_fit(fit: Fit, folder: Path, *, force: bool = False) -> None:
         fit.scores.to_csv(whole / SCORES, index=False)
         text = json.dumps(fit.card, indent=2, ensure_ascii=False) + "\n"
         (whole / CARD).write_text(text, encoding="utf-8")
+        if report is not None:
+            (whole / REPORT).write_text(report, encoding="utf-8")
         if folder.exists():
             folder.rename(Path(name) / "old")
         whole.rename(folder)

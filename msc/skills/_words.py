@@ -91,7 +91,6 @@ def tell_fit(card: Mapping[str, Any]) -> list[str]:
         Sentences, a line each, and a line a method.
     """
     jumps, charts, chosen = card["jumps"], card["charts"], card["chosen"]
-    names = [task["name"] for task in card["tasks"]]
     n_jumps = jumps["n_jumps"]
     found = "no jump" if not n_jumps else f"{n_jumps} jump{'s' * (n_jumps > 1)}"
     pieces = jumps["pieces"]
@@ -99,10 +98,10 @@ def tell_fit(card: Mapping[str, Any]) -> list[str]:
         f"{found} between neighbours among {jumps['n_tasks']:,} tasks"
         + (f"; between {_list(pieces)} tasks" if len(pieces) > 1 else "")
     ]
-    if n_jumps and len(names) == 1:
-        between = sorted(jumps["widest_jumps"][:_NAMED])
-        places = [f"{low[0]:.6g} and {high[0]:.6g}" for low, high in between]
-        lines[0] += f": {names[0]} between {'; '.join(places)}"
+    if n_jumps and len(card["tasks"]) == 1:
+        between = list_breaks(card, _NAMED)
+        places = [f"{low:.6g} and {high:.6g}" for low, high in between]
+        lines[0] += f": {card['tasks'][0]['name']} between {'; '.join(places)}"
     lines.append(
         f"{charts['n_charts']} charts by SMCE and the elbow, of "
         f"{_list(charts['sizes'])} policies"
@@ -137,6 +136,37 @@ def tell_fit(card: Mapping[str, Any]) -> list[str]:
             f"{beats} the mean policy where it was chosen anew"
         )
     return lines
+
+
+def list_breaks(card: Mapping[str, Any], most: int) -> list[tuple[float, float]]:
+    """List the widest jumps along the one task column.
+
+    Parameters
+    ----------
+    card : mapping
+        Of a `Fit` to a table with one task column.
+    most : int
+        How many at most.
+
+    Returns
+    -------
+    list of tuple of float
+        In their order, the tasks on either side; on a circle the second may be the
+        lower number, where it was cut between them.
+
+    Examples
+    --------
+    >>> widest = [[[150.2], [149.9]], [[3.0], [358.0]]]
+    >>> card = {"tasks": [{"period": 360.0}], "jumps": {"widest_jumps": widest}}
+    >>> list_breaks(card, 5)
+    [(149.9, 150.2), (358.0, 3.0)]
+    """
+    period = card["tasks"][0]["period"] or np.inf
+    found = []
+    for (one,), (other,) in card["jumps"]["widest_jumps"][:most]:
+        low, high = sorted((one, other))
+        found.append((low, high) if high - low <= period / 2 else (high, low))
+    return sorted(found)
 
 
 def _list(sizes: Iterable[int]) -> str:
