@@ -47,8 +47,8 @@ def move_making(page: "document") -> None:
     last = sections[-1] if sections else None
     if last is None or last.next_node(nodes.title).astext() != HEADING:
         raise ValueError(
-            f"{page.get('source')}: cells with the tag {TAG!r}, and the last heading is "
-            f"another than {HEADING!r}"
+            f"{page.get('source')}: cells with the tag {TAG!r}, and the last heading "
+            f"is not {HEADING!r}"
         )
     for cell in cells:
         cell.parent.remove(cell)

@@ -171,21 +171,23 @@ def escape_index(text: str) -> str:
 
 
 def mend_backlinks(folder: Path) -> None:
-    """Lead links from sources to names that the page `api`, if any, has."""
-    page = folder / "api.html"
-    if not page.is_file():
-        return
-    known = set(re.findall(r'id="([\w.]+)"', page.read_text(encoding="utf-8")))
+    """Lead links from sources to names that pages `api…`, if there are any, have."""
+    known = {
+        page.name: set(re.findall(r'id="([\w.]+)"', page.read_text(encoding="utf-8")))
+        for page in folder.glob("api*.html")
+    }
     for source in (folder / "_modules").glob("*/**/*.html"):
         package, *floors = source.relative_to(folder / "_modules").parts[:-1]
         floor = ".".join(floors)
 
         def mend(link: re.Match[str], prefix: str = f"{package}.{floor}") -> str:
-            return link[1] if link[1] in known else f"{prefix}.{link[2]}"
+            page, whole, name = link.groups()
+            there = whole in known.get(page, ())
+            return f"{page}#{whole if there else f'{prefix}.{name}'}"
 
         text = source.read_text(encoding="utf-8")
         names = rf"({package}\.(?:{floor}\.)?(?:_\w+\.)?([\w.]+))"
-        text = re.sub(rf"(?<=api\.html#){names}", mend, text)
+        text = re.sub(rf"\b(api\w*\.html)#{names}", mend, text)
         source.write_text(text, encoding="utf-8")
 
 

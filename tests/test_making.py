@@ -54,7 +54,7 @@ def test_without_the_heading_there_is_no_place_for_them():
         move_making(page_of(section(HEADING), section("After")))
     page = new_document("book/page.ipynb")
     page += cell("parameters", TAG)
-    with pytest.raises(ValueError, match="the last heading is another"):
+    with pytest.raises(ValueError, match="the last heading is not"):
         move_making(page)
 
 

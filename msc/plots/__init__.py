@@ -42,7 +42,6 @@ above, tasks in degrees.
   `plot_standings`, `plot_payoff`, `plot_maps`: what many worlds answer
 - `plot_engines`, `plot_finer_steps`: the two engines
 - `plot_bands`, `plot_caught`, `bands_table`: how sure skills are
-- `plot_bands`, `plot_caught`: how sure skills are
 - `plot_column`, `plot_plane`, `plot_elbow`, `plot_errors`, `plot_held`,
   `plot_learning`, `plot_graph`, `slide_policies`, `Walk`: a table of anybody's
 """
