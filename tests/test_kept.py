@@ -14,7 +14,7 @@ from msc.robot import Workspace, read_world
 from msc.study import METHODS, find_cell, format_study, run_elbows, run_study
 from msc.study._store import Trials, method_path
 from msc.study._study import PROFILES, _fit_and_test, list_sets, sets_of
-from msc.worlds import locate_jumps, study_worlds
+from msc.worlds import judge_bands, locate_bands, locate_jumps, study_worlds
 from msc.worlds._study import ALWAYS, CHOICES, _try, list_world_sets
 
 ROOT = Path(__file__).parents[1]
@@ -78,8 +78,9 @@ def test_one_training_set_of_each_tier_is_fitted_and_tested_again(world, tier):
 STUDIED = sorted(
     path.stem
     for path in (KEPT / "worlds").glob("*[0-9].json")
-    if not path.stem.startswith("jumps")
+    if not path.stem.startswith(("jumps", "bands"))
 )
+BANDED = sorted(path.stem for path in (KEPT / "worlds").glob("bands_*.json"))
 
 
 @pytest.mark.parametrize("name", STUDIED[::12])
@@ -107,3 +108,12 @@ def test_worlds_rest_on_their_tables(name):
     assert study_worlds(folder, results, [name]) == []
     failed = json.loads((results / f"{name}.json").read_text("utf-8"))["failed"]
     assert not {one.partition("/")[0] for one in failed} & {*ALWAYS, *CHOICES}
+
+
+def test_bands_rest_on_the_tables_of_their_worlds():
+    folder, results = ROOT / "data" / "worlds", KEPT / "worlds"
+    names = [one.removeprefix("bands_") for one in BANDED]
+    assert len(names) >= 30
+    assert locate_bands(folder, results, names) == []
+    kept = json.loads((results / "bands.json").read_text("utf-8"))
+    assert judge_bands(results) == kept
