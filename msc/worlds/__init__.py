@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from msc.worlds._jumps import bisect_world, locate_jumps
     from msc.worlds._questions import Question, load_choices, load_questions
     from msc.worlds._search import list_tasks, list_worlds, search_worlds
-    from msc.worlds._study import list_tried, study_world, study_worlds
+    from msc.worlds._study import study_world, study_worlds
     from msc.worlds._variants import VARIANTS, draw_variants
     from msc.worlds._verdicts import ANSWERS, count_answers, judge_worlds, resample
 

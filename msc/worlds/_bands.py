@@ -27,9 +27,7 @@ from msc.worlds._verdicts import geometric_mean, resample
 
 LEVEL = 0.9  # of the bands
 SIZE, N_SETS, N_FOLDS = 24, 3, 4  # training tasks, sets of them, folds of each
-FAILED = (
-    0.1  # of the searched cost: what a policy that did not fail costs more, at most
-)
+FAILED = 0.1  # of the searched cost: what a policy costs more that fails
 ASIDE = 0.05, 0.1, 0.2, 0.3, 0.5  # shares of tasks set aside
 BANDED = (
     "charts",
@@ -38,6 +36,8 @@ BANDED = (
     "single regression",
     "single, one kernel",
 )
+
+_KEYS = "coverage", "width", "score"
 
 Array = NDArray[np.float64]
 
@@ -124,9 +124,7 @@ def measure_bands(
         told[name] = {
             "bands": {
                 kind: {
-                    place: _summarise(
-                        join[kind][:, :, of], join["width " + kind][:, of]
-                    )
+                    place: _summarise(join, kind, of)
                     for place, of in (("away", away), ("beside", ~away))
                 }
                 for kind in ("gaussian", "conformal")
@@ -167,8 +165,9 @@ def _look(
     for kind, half in halves.items():
         outside = np.maximum(apart - half, 0)
         scores = (2 * half + 2 / (1 - LEVEL) * outside) / spread
-        found[kind] = np.stack([(outside == 0).mean(axis=1), scores.mean(axis=1)])
-        found["width " + kind] = (2 * half / spread).mean(axis=1)
+        found[f"{kind} coverage"] = (outside == 0).mean(axis=1)
+        found[f"{kind} width"] = (2 * half / spread).mean(axis=1)
+        found[f"{kind} score"] = scores.mean(axis=1)
     found["std"] = (stds / spread).mean(axis=1)
     if "gate" in name:
         found["gate"] = 1 - skill.gate_.predict_proba(new.tasks).max(axis=1)
@@ -236,13 +235,15 @@ def _load_crepes() -> Any:
     return ConformalRegressor
 
 
-def _summarise(held_and_scores: Array, widths: Array) -> dict[str, float] | None:
-    """Average what is known of tasks of one kind."""
-    if not widths.size:
+def _summarise(
+    looks: Mapping[str, Array], kind: str, of: NDArray[np.bool_]
+) -> dict[str, float] | None:
+    """Average what is known of one kind of band, over some of the tasks."""
+    if not of.any():
         return None
-    held, scores = held_and_scores.swapaxes(0, 1)
-    found = {"coverage": held, "width": widths, "score": scores}
-    return {key: six_digits(float(one.mean())) for key, one in found.items()}
+    return {
+        key: six_digits(float(looks[f"{kind} {key}"][:, of].mean())) for key in _KEYS
+    }
 
 
 def _catch(doubt: Array, failed: Array) -> dict[str, int]:
@@ -297,9 +298,7 @@ def _over_worlds(worlds: Sequence[Mapping[str, Any]]) -> dict[str, Any]:
     }
     bands = {
         kind: {
-            place: _average(
-                [told for one in worlds if (told := one["bands"][kind][place])]
-            )
+            place: _average([one["bands"][kind][place] for one in worlds])
             for place in places
         }
         for kind, places in worlds[0]["bands"].items()
@@ -311,7 +310,7 @@ def _average(worlds: Sequence[Mapping[str, float] | None]) -> dict[str, Any]:
     """Average coverage, width and score over the worlds that have some."""
     some = [one for one in worlds if one]
     told: dict[str, Any] = {}
-    for key in ("coverage", "width", "score") if some else ():
+    for key in _KEYS if some else ():
         values = np.array([one[key] for one in some])
         if key == "coverage":
             estimate = Estimate(float(values.mean()), *resample(values))

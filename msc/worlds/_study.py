@@ -200,24 +200,12 @@ def _list_methods(world: Workspace, n_samples: int, *, full: bool) -> tuple[str,
     if n_samples != _ALL_AT or family == "variant":
         return ALWAYS
     if full:
-        return list_tried(world)
+        return _list_all(world)
     return (*ALWAYS, *CHOICES) if family in CHOICES_ASKED else ALWAYS
 
 
-def list_tried(world: Workspace) -> tuple[str, ...]:
-    """List the methods that are tried in a world.
-
-    Parameters
-    ----------
-    world : Workspace
-        The world.
-
-    Returns
-    -------
-    tuple of str
-        Names of `METHODS`: all that fit tasks of so many numbers; of those with
-        rollouts of their own, in four worlds.
-    """
+def _list_all(world: Workspace) -> tuple[str, ...]:
+    """List all methods that fit its tasks; those with rollouts in four worlds alone."""
     n_numbers = len(world.task_names)
     return tuple(
         name
