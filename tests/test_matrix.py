@@ -27,14 +27,24 @@ def test_a_cell_is_a_world_s_answer_and_leads_to_it(verdicts):
     matrix = world_matrix(verdicts, QUESTIONS)
     text, page = repr(matrix).splitlines(), matrix._repr_html_()
     place = [*QUESTION_WORDS].index("mse")
-    assert text[1 + place] == f"{'●' * len(LAYOUTS)}  MSE: one regression"
-    assert text[1 + [*QUESTION_WORDS].index("continuous")].startswith("······")
+    assert text[1 + place] == f"●{'●' * len(LAYOUTS)}  MSE: one regression"
+    assert text[1 + [*QUESTION_WORDS].index("continuous")].startswith("·······")
     for name in LAYOUTS:
         answer = verdicts["worlds"][name]["answers"]["mse"]
         told = f'title="{name}: {answer["value"]:.2f}'[:-1]
         assert told in page
         assert f'<a href="worlds_layouts.html#{name}">●</a>' in page
     assert "<td>6 / 0 / 0</td>" in page
+
+
+def test_a_family_s_answer_stands_first_and_is_not_counted(verdicts):
+    matrix = world_matrix(verdicts, QUESTIONS)
+    told = dict(matrix.rows)["MSE: one regression"]["all, layouts of obstacles"]
+    together = verdicts["families"]["mse"]["layout"]
+    assert (told["answer"], told["value"]) == (together["answer"], together["value"])
+    page = matrix._repr_html_()
+    assert 'scope="col" class="msc-joint"><span>all</span>' in page
+    assert "<td>6 / 0 / 0</td>" in page  # of six layouts
 
 
 def test_ratios_lean_and_counts_do_not(verdicts):

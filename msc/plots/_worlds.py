@@ -7,7 +7,7 @@ is made of are the verdicts of `msc.worlds.judge_worlds`.
 from __future__ import annotations
 
 import html
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import groupby
 from typing import Any
@@ -96,12 +96,15 @@ class Matrix:
         what is expected.
     address : callable, optional
         Tells where the cells of a column lead.
+    joint : collection of str, default=()
+        Columns that join others: they stand out, lead nowhere and are not counted.
     """
 
     caption: str
     groups: Sequence[tuple[str, Mapping[str, str]]]
     rows: Sequence[tuple[str, Mapping[str, Mapping[str, Any]]]]
     address: Callable[[str], str] | None = None
+    joint: Collection[str] = ()
 
     @property
     def _columns(self) -> list[str]:
@@ -125,9 +128,9 @@ class Matrix:
             for title, heads in self.groups
         )
         heads = "".join(
-            f'<th scope="col"><span>{html.escape(head)}</span></th>'
+            f'<th scope="col"{self._look(name)}><span>{html.escape(head)}</span></th>'
             for _, heads in self.groups
-            for head in heads.values()
+            for name, head in heads.items()
         )
         rows = "".join(self._row(words, answers) for words, answers in self.rows)
         return (
@@ -148,19 +151,26 @@ class Matrix:
             for side, far, words in _LEANINGS
         )
 
+    def _look(self, name: str) -> str:
+        """Let a column stand out that joins others."""
+        return ' class="msc-joint"' if name in self.joint else ""
+
     def _row(self, words: str, answers: Mapping[str, Mapping[str, Any]]) -> str:
         """Write a row."""
-        cells, given = [], [answers[name]["answer"] for name in self._columns]
+        single = [name for name in self._columns if name not in self.joint]
+        cells, given = [], [answers[name]["answer"] for name in single]
         for name in self._columns:
             one = answers[name]
             shown = ANSWER_SIGNS[one["answer"]]
-            if shown and self.address:
+            if shown and self.address and name in single:
                 shown = f'<a href="{html.escape(self.address(name))}">{shown}</a>'
             kinds = f"msc-{one['answer'].replace(' ', '-')}"
             if leans := one.get("leans"):
                 kinds += f" msc-{'for' if leans > 0 else 'against'}-{abs(leans)}"
             if one.get("differs"):
                 kinds += " msc-differs"
+            if name in self.joint:
+                kinds += " msc-joint"
             title = html.escape(f"{name}: {_tell(one)}")
             cells.append(f'<td class="{kinds}" title="{title}">{shown}</td>')
         total = " / ".join(
@@ -196,24 +206,29 @@ def world_matrix(verdicts: Verdicts, questions: Sequence[Question]) -> Matrix:
     Returns
     -------
     Matrix
-        A row a question, a column a world; cells lead to the world's own section.
+        A row a question, a column a world; cells lead to the world's own section. The
+        first column of a family is the answer of all its worlds together.
     """
-    worlds = verdicts["worlds"]
+    worlds, together = verdicts["worlds"], verdicts["families"]
     families = [*FAMILY_WORDS]
     shown = [name for name in worlds if worlds[name]["family"] != "variant"]
     shown.sort(key=lambda name: (families.index(worlds[name]["family"]), name))
-    groups = [
-        (FAMILY_WORDS[family], {name: _short(name) for name in names})
-        for family, names in groupby(shown, lambda name: worlds[name]["family"])
-    ]
-    rows = [
-        (
-            QUESTION_WORDS[one.id],
-            {name: _leaning(one, worlds[name]["answers"][one.id]) for name in shown},
-        )
-        for one in questions
-    ]
-    return Matrix("What each world answers", groups, rows, world_address)
+    groups, joint = [], {}
+    for family, names in groupby(shown, lambda name: worlds[name]["family"]):
+        joint[all_of := f"all, {FAMILY_WORDS[family]}"] = family
+        heads = {all_of: "all", **{name: _short(name) for name in names}}
+        groups.append((FAMILY_WORDS[family], heads))
+    nothing = {"answer": "not asked"}
+    rows = []
+    for one in questions:
+        answers = {name: worlds[name]["answers"][one.id] for name in shown}
+        answers |= {
+            name: together[one.id].get(family, nothing)
+            for name, family in joint.items()
+        }
+        leaning = {name: _leaning(one, answer) for name, answer in answers.items()}
+        rows.append((QUESTION_WORDS[one.id], leaning))
+    return Matrix("What each world answers", groups, rows, world_address, [*joint])
 
 
 def assumption_matrix(
