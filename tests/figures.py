@@ -73,6 +73,7 @@ from msc.plots import (
     slide_charts,
     slide_execution,
     slide_generations,
+    slide_path,
     slide_policies,
     slide_predictions,
     slide_regularization,
@@ -339,6 +340,7 @@ FIGURES = {
     plot_savings: lambda: plot_savings(*results("savings")),
     plot_sweep: lambda: plot_sweep(*results("study"), measures=["mse, gate learned"]),
     slide_weight: weights,
+    slide_path: lambda: slide_path(Workspace.free(), np.zeros(6), 60, 60).poster,
     plot_rollouts_spent: lambda: plot_rollouts_spent(
         recordings(), recordings(agreement=2)
     ),

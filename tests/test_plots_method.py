@@ -5,6 +5,8 @@ import re
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from msc import DMP, Arm, ParameterizedSkill, Workspace
 from msc.plots import (
@@ -13,6 +15,7 @@ from msc.plots import (
     plot_rivals,
     plot_weights,
     plot_workspaces,
+    slide_path,
     slide_predictions,
     slide_weight,
 )
@@ -24,6 +27,7 @@ from msc.search import cost
 
 TASK = 60.0
 CHANGES = [-20.0, 0.0, 20.0]
+RESPONSES = slide_path(Workspace.free(), np.zeros(6), TASK, reach=60.0)._data()
 
 
 class Halves:
@@ -140,6 +144,30 @@ def test_the_slider_changes_one_weight_alone(arm):
 def test_a_weight_that_is_not_there_is_refused(arm, weight):
     with pytest.raises(ValueError, match=rf"weight={weight}; wanted one from 0 to 5"):
         slide_weight(arm, np.zeros(6), TASK, weight, CHANGES)
+
+
+@given(
+    st.lists(st.floats(-60, 60), min_size=6, max_size=6), st.floats(0, 360), st.data()
+)
+def test_responses_in_hand_add_up_to_the_path(weights, task, data):
+    world, told = Workspace.free(), RESPONSES
+    axis = data.draw(st.sampled_from([0, 1]))
+    start = forward_kinematics(world.home, world.link_lengths)[-1]
+    goal = world.target(task)
+    times = told["step"] * np.arange(len(told["pull"]))
+    path = world.dmp.path(weights, start, goal, times)[:, axis]
+    own = np.array(weights).reshape(2, 3)[axis]
+    share = told["pull"] + own @ np.array(told["pushes"])
+    added = start[axis] + (goal - start)[axis] * share
+    np.testing.assert_allclose(added, path, atol=2e-5)
+
+
+def test_a_path_in_hand_needs_all_weights_and_no_network():
+    with pytest.raises(ValueError, match=r"policy has shape \(5,\); wanted \(6,\)"):
+        slide_path(Workspace.free(), np.zeros(5), 60.0, 60.0).to_html()
+    page = slide_path(Workspace.free(), np.arange(6.0), 60.0, 60.0).to_html()
+    assert page.count('name="weight"') == 6
+    assert "http" not in page
 
 
 def test_the_composition_marks_the_task_in_every_panel(arm, trained):

@@ -16,7 +16,8 @@ once for both. Colours have their names in `_style` alone. Places are in metres 
 above, tasks in degrees.
 
 - `plot_workspaces`, `plot_poses`, `plot_weights`, `plot_followed`, `slide_weight`,
-  `film`, `render`, `side_by_side`, `check_suffix`: a world, an arm, a movement
+  `slide_path`, `film`, `render`, `side_by_side`, `check_suffix`: a world, an arm, a
+  movement
 - `plot_generations`, `slide_generations`, `plot_quality`, `plot_curves`, `plot_tasks`,
   `plot_breaks`, `Movements`, `quality_table`, `jump_table`, `confirmed_jumps`: searches
 - `plot_clusterings`, `plot_reconstruction`, `plot_affinity`, `slide_regularization`,
@@ -78,6 +79,7 @@ if TYPE_CHECKING:
         slide_charts,
         slide_regularization,
     )
+    from msc.plots._hand import slide_path
     from msc.plots._leaderboard import (
         Leaderboard,
         list_methods,

@@ -38,7 +38,12 @@ if TYPE_CHECKING:
         joint_torques,
     )
     from msc.robot._dmp import DMP, check_policies
-    from msc.robot._kinematics import forward_kinematics, inverse_kinematics
+    from msc.robot._kinematics import (
+        DAMPING,
+        MAX_JOINT_STEP,
+        forward_kinematics,
+        inverse_kinematics,
+    )
     from msc.robot._obstacles import LINK_RADIUS, Circle, clearance
     from msc.robot._physics import ENGINES, Physics
     from msc.robot._tasks import TASK_NUMBERS, CostWeights, TaskRange
