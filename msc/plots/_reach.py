@@ -20,9 +20,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 
+from msc.plots._report import LOOKS
 from msc.plots._skill import execute_all
 from msc.plots._slider import poster
-from msc.plots._style import METHOD_STYLES, Array
+from msc.plots._style import CHART_COLOURS, METHOD_STYLES, Array
 from msc.plots._world import draw_links, draw_world, square_around
 from msc.robot import Arm, Workspace, forward_kinematics
 from msc.study import Experiment
@@ -33,11 +34,11 @@ FIRST = "charts", "single regression", "linear interpolation"  # shown before on
 SEARCHED = "searched"
 _SCRIPT = Path(__file__).with_name("reach.js")
 
-_LOOKS: dict[str, dict[str, Any]] = METHOD_STYLES | {
-    "charts, one kernel": {"color": "#2A6FDB", "marker": ">", "ls": "--"},
-    "single, one kernel": {"color": "#DB8C00", "marker": "<", "ls": "-."},
-    "change points": {"color": "#6A0F49", "marker": "X", "ls": "-"},
-}
+_LOOKS: dict[str, dict[str, Any]] = (
+    METHOD_STYLES
+    | LOOKS
+    | {"change points": {"color": CHART_COLOURS[0], "marker": "X", "ls": "-"}}
+)
 RINGS = {1: "1 mm", 2: "1 cm", 3: "10 cm"}  # of the board, a power of ten apart
 _DASHES = {"-": "none", "--": "5 3", "-.": "5 2 1 2", ":": "1.5 2.5"}
 # Markers of Matplotlib as paths about a unit large.
