@@ -99,10 +99,10 @@ class Reach:
         return (
             '<div class="msc-reach">'
             f'<div class="msc-plane">{self._plane()}</div>'
-            "<div><fieldset><legend>Left to the goal</legend>"
-            f"{rows}</fieldset>{self._board()}</div>"
-            '<p><button type="button">Play</button> '
-            f"<output>Goal at {self.degrees[self.first]:g}°</output></p></div>"
+            f"<div><p><output>Goal at {self.degrees[self.first]:g}°</output> "
+            '<button type="button">Play</button></p>'
+            f"<fieldset><legend>How far from it movements end</legend>{rows}</fieldset>"
+            f"{self._board()}</div></div>"
             f"<script>({_SCRIPT.read_text(encoding='utf-8').strip()})"
             f"(document.currentScript.previousElementSibling,{data});</script>"
         )
