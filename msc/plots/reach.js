@@ -123,7 +123,10 @@
     ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1, PageUp: 10, PageDown: -10,
   };
 
+  // A finger on the goal does not scroll the page; beside it, it does.
+  goal.addEventListener("touchstart", (event) => event.preventDefault(), { passive: false });
   goal.addEventListener("pointerdown", (event) => {
+    goal.focus({ preventScroll: true });
     goal.setPointerCapture(event.pointerId);
     follow(event);
   });
