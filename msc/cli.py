@@ -31,6 +31,7 @@ from msc.data import (
     find_world,
     load_dataset,
     read_package,
+    read_result,
     save_table,
 )
 from msc.robot import Workspace
@@ -109,6 +110,14 @@ def make_subject(root: Path) -> Subject:
         values["verdicts"] = msc.claims.tally(msc.claims.summarise(verdicts))
     claims = msc.claims.load_claims(root / msc.claims.CLAIMS)
     values["n_claims"] = sum(claim.could_fail for claim in claims)
+    studies = {
+        world: root / "data/results" / f"study_{world}.json"
+        for world in msc.claims.STUDIES
+    }
+    if all(path.is_file() for path in studies.values()):
+        values |= msc.claims.headline_values(
+            {name: read_result(path, root / "data") for name, path in studies.items()}
+        )
     names = {page.stem for page in pages(root)}
     elsewhere = None
     if (over := root / msc.claims.OVER_WORLDS).is_file():

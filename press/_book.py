@@ -26,6 +26,12 @@ from typing import Any
 import yaml
 
 from press._chapters import BookError, Chapter, run_chapters, run_tool
+from press._edition import (
+    DOWNLOADS,
+    source_address,
+    with_repository,
+    write_edition,
+)
 from press._files import locked
 from press._markup import plain
 from press._notebook import (
@@ -36,7 +42,6 @@ from press._notebook import (
     write_notebook,
 )
 from press._pages import (
-    DOWNLOADS,
     SECONDS_JS,
     Picture,
     Subject,
@@ -267,16 +272,19 @@ def _stage(
         if (root / folder).exists():
             shutil.copytree(root / folder, stage / folder, ignore=ignore)
     book = stage / "book"
+    config = yaml.safe_load((root / "_config.yml").read_text(encoding="utf-8"))
+    address = source_address(config)
     for chapter in chapters:
-        notebook = with_provenance(chapter, pictures[chapter.name], subject)
+        notebook = with_provenance(chapter, pictures[chapter.name], subject, address)
         write_notebook(notebook, book / f"{chapter.name}.ipynb")
     write_gallery([one for own in pictures.values() for one in own], book)
     write_opening([chapter.notebook for chapter in chapters], book)
+    write_edition(root, book, config)
     write_reference(root, stage, _notebooks(root), subject)
     for name, text in subject.fragments.items():
         (book / name).write_text(text, encoding="utf-8")
     shutil.copy(root / "_toc.yml", book)
-    config = yaml.safe_load((root / "_config.yml").read_text(encoding="utf-8"))
+    config = with_repository(config)
     values = substitutions(root) | dict(subject.values)
     config.setdefault("parse", {})["myst_substitutions"] = values
     scripts = config["sphinx"]["config"].setdefault("html_js_files", [])

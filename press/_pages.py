@@ -29,6 +29,7 @@ from urllib.parse import quote
 from PIL import Image
 
 from press._chapters import Chapter
+from press._edition import DOWNLOADS
 from press._markup import code, fenced, label, plain
 from press._notebook import (
     Notebook,
@@ -45,7 +46,6 @@ from press._notebook import (
 from press._parameters import Parameter
 
 SVG, PNG, HTML = "image/svg+xml", "image/png", "text/html"
-DOWNLOADS = "downloads"  # folder of the finished book
 SECONDS_JS = "seconds.js"
 GALLERY = "figures_gallery.md"
 OPENING = "opening.html"
@@ -223,16 +223,21 @@ def write_opening(runs: Iterable[Notebook], folder: Path) -> None:
 
 
 def with_provenance(
-    chapter: Chapter, pictures: Sequence[Picture], subject: Subject
+    chapter: Chapter, pictures: Sequence[Picture], subject: Subject, address: str = ""
 ) -> Notebook:
-    """Put a block under each figure of a chapter; if it has none, at its end."""
+    """Put a block under each figure of a chapter; if it has none, at its end.
+
+    With an address, where the repository's files are shown, it leads to the notebook.
+    """
 
     def block(picture: Picture | None) -> NotebookCell:
         return {
             "cell_type": "markdown",
             "id": f"provenance-{picture.number if picture else 0}",
             "metadata": {},
-            "source": fenced(_provenance(chapter, picture, subject), "{raw} html"),
+            "source": fenced(
+                _provenance(chapter, picture, subject, address), "{raw} html"
+            ),
         }
 
     cells = list(chapter.notebook["cells"])
@@ -243,7 +248,9 @@ def with_provenance(
     return chapter.notebook | {"cells": cells}
 
 
-def _provenance(chapter: Chapter, picture: Picture | None, subject: Subject) -> str:
+def _provenance(
+    chapter: Chapter, picture: Picture | None, subject: Subject, address: str
+) -> str:
     """Write in HTML where a figure, or without one the chapter, comes from."""
     name, record = chapter.name, chapter.record
     given = chapter.parameters
@@ -272,10 +279,12 @@ def _provenance(chapter: Chapter, picture: Picture | None, subject: Subject) -> 
     if picture and picture.svg:
         links.insert(0, (f"{DOWNLOADS}/{picture.name}.svg", "figure as SVG"))
     of = f" of {subject.name}" if subject.name else ""
+    made_by = _code(f"book/{name}.ipynb")
+    if address:
+        made_by = f'<a href="{address}/book/{quote(name)}.ipynb">{made_by}</a>'
     rows = {
-        "Made by": f"{_code(f'book/{name}.ipynb')}"
         # Seconds differ from run to run: the page fetches them from `seconds.js`.
-        f'<span data-seconds="{html.escape(name)}"></span>'
+        "Made by": f'{made_by}<span data-seconds="{html.escape(name)}"></span>'
         + (f", {settings}" if settings else ""),
         "From": ", ".join(inputs),
         "Code": f"{len(modules)} modules{of}, {together.hexdigest()[:8]}"

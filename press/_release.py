@@ -23,6 +23,13 @@ import yaml
 
 from press._book import IN_USE, build_book, page_names, read_toc
 from press._chapters import BookError, environment
+from press._edition import (
+    ARCHIVAL,
+    find_edition,
+    offer,
+    told_edition,
+    withdraw,
+)
 from press._files import locked
 from press._kernel import is_aside
 from press._pages import SECONDS_JS, Subject
@@ -74,8 +81,12 @@ def release_book(root: Path) -> Path:
     target = folder.with_name(f"{name}.zip")
     with locked(html.parent, IN_USE.format(html.parent)):
         shutil.rmtree(folder, ignore_errors=True)
-        shutil.copytree(html, folder)
+        made = shutil.ignore_patterns(f"{release_name(root)}.*")
+        shutil.copytree(html, folder, ignore=made)
+        index = folder / "index.html"
+        index.write_text(withdraw(index.read_text("utf-8")), "utf-8")
         pack(folder, target)
+        offer(html, "zip", target)
     return target
 
 
@@ -136,6 +147,7 @@ def build_twice(
             return [name for name in names if is_aside(str(inside / name))]
 
         shutil.copytree(root, copy, ignore=aside)
+        (copy / ARCHIVAL).write_text(find_edition(root).archival, encoding="utf-8")
         module = subject.program.split()[-1]
         command = [sys.executable, "-m", module, "book", "--profile", profile]
         command += ["--jobs", str(jobs)]
@@ -201,6 +213,7 @@ def print_book(root: Path) -> Path:
             last_words = (said.strip() or "it said nothing").splitlines()[-1]
             raise BookError(f"{Path(browser).name} printed nothing: {last_words}")
         target.write_bytes(without_dates(target.read_bytes()))
+        offer(build / "html", "pdf", target)
     return target
 
 
@@ -221,7 +234,8 @@ def one_page(html: Path, toc: Mapping[str, Any], title: str, author: str) -> str
             f"{html} has no {missing[0]}.html: build the book first, by `make book`"
         )
     pages = {n: (html / f"{n}.html").read_text(encoding="utf-8") for n in names}
-    head = re.search(r"<head>(.*?)</head>", pages[names[0]], re.DOTALL)
+    first = pages[names[0]] = withdraw(pages[names[0]])
+    head = re.search(r"<head>(.*?)</head>", first, re.DOTALL)
     styles = re.findall(r'<link[^>]*rel="stylesheet"[^>]*>', head[1] if head else "")
     everything = "".join(pages.values())
     # MathJax and its settings, from whichever page has an equation.
@@ -241,7 +255,7 @@ def one_page(html: Path, toc: Mapping[str, Any], title: str, author: str) -> str
     titles = {name: _title(text) for name, text in pages.items()}
     front = (
         f'<header class="msc-title"><h1>{markup.escape(title)}</h1>'
-        f"<p>{markup.escape(author)}</p>"
+        f"<p>{markup.escape(author)}</p><p>{told_edition(first)}</p>"
         '<img src="_static/reach.png" alt=""></header>'
         f'<nav class="msc-contents"><h1>Contents</h1>{_contents(toc, titles)}</nav>'
     )

@@ -11,6 +11,7 @@ construction, or cannot be tested.
 - `judge_all`: every verdict, whoever asks; `show_claims` shows some in a chapter
 - `count_elsewhere`, `elsewhere_values`, `write_counts`, `OVER_WORLDS`: what the worlds
   of `msc.worlds` answer to it
+- `headline_values`, `STUDIES`: the numbers that the book's first page quotes
 - `summarise`, `tally`, `claim_fragments`, `with_summary`: verdicts as data and as pages
 """
 
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
         elsewhere_values,
         write_counts,
     )
+    from msc.claims._headline import STUDIES, headline_values
     from msc.claims._judge import (
         CLAIMS,
         VERDICTS,

@@ -23,7 +23,8 @@ above, tasks in degrees.
 - `plot_clusterings`, `plot_reconstruction`, `plot_affinity`, `slide_regularization`,
   `slide_charts`, `plot_elbows`, `elbow_table`, `gate_table`: charts, and how many
 - `plot_manifold`, `plot_execution`, `plot_composition`, `plot_rivals`,
-  `slide_execution`, `slide_predictions`, `WEIGHT_NAMES`: skills, and what they predict
+  `slide_execution`, `slide_predictions`, `drag_goal`, `WEIGHT_NAMES`: skills, and what
+  they predict
 - `plot_sample_sizes`, `plot_sweep`, `comparison_table`, `ratio_table`, `kernel_table`,
   `sets_table`, `ahead_table`, `gate_shares`, `METHOD_STYLES`: methods compared
 - `SECTION_V`, `plot_section_v`, `section_v_table`: the paper's related work
@@ -88,6 +89,7 @@ if TYPE_CHECKING:
     )
     from msc.plots._manifold import plot_execution, plot_manifold, slide_execution
     from msc.plots._ranks import plot_ranks
+    from msc.plots._reach import drag_goal
     from msc.plots._report import (
         Walk,
         plot_column,

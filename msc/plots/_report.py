@@ -38,7 +38,7 @@ SHOWN = 4  # policy columns of a slider
 _INK = "0.15"
 _RING = 0.012  # radius of a ring, of the panel's width
 # Methods that have no look elsewhere.
-_LOOKS: dict[str, dict[str, Any]] = {
+LOOKS: dict[str, dict[str, Any]] = {
     "single, one kernel": {"color": CHART_COLOURS[3], "marker": "<", "ls": "--"},
     "charts, one kernel": {"color": CHART_COLOURS[1], "marker": ">", "ls": "-"},
     "charts, k-means": {"color": CHART_COLOURS[2], "marker": "p", "ls": "-"},
@@ -304,7 +304,7 @@ def plot_learning(curve: Sequence[Mapping[str, Any]]) -> Figure:
         points = [
             (one["n_tasks"], one["error"]) for one in curve if one["method"] == name
         ]
-        look = _OTHER | METHOD_STYLES.get(name, _LOOKS.get(name, {}))
+        look = _OTHER | METHOD_STYLES.get(name, LOOKS.get(name, {}))
         axis.plot(*zip(*points, strict=True), ms=4, label=name, **look)
     sizes = sorted({one["n_tasks"] for one in curve})
     axis.set(xlabel="tasks learned from", ylabel="error", xscale="log")
