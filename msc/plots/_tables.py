@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 
 from msc.data import load_dataset
 from msc.estimates import Estimate, rounded
@@ -189,19 +190,20 @@ def _without_same(table: pd.DataFrame) -> pd.DataFrame:
 
 def sets_table(
     study: Stored,
-    n_samples: int,
+    chosen: ArrayLike,
     *,
     measures: Sequence[str],
     methods: Sequence[str] = ("charts", "single regression"),
 ) -> pd.DataFrame:
-    """Show where the evenly spaced set that begins at 0° stands among all others.
+    """Show where an evenly spaced training set stands among all others of its size.
 
     Parameters
     ----------
     study : dict
         Results of a study.
-    n_samples : int
-        Number of training tasks.
+    chosen : array_like of int
+        Indices of the set's tasks, ascending, as `msc.study.pick_typical_set` returns
+        them.
     measures : sequence of str
         Which errors.
     methods : sequence of str, default=("charts", "single regression")
@@ -210,22 +212,34 @@ def sets_table(
     Returns
     -------
     DataFrame
-        One row a measure and method: its mean error on the set that the figures draw,
-        its rank among the sets of this size, the lowest first, and the lowest, median
-        and highest error of any.
+        One row a measure and method: its mean error on the set, its rank among the sets
+        of this size, the lowest first, and the lowest, median and highest error of any;
+        of two methods also a row with the ratio of the first's to the second's.
+
+    Raises
+    ------
+    ValueError
+        If the study kept no such set.
     """
-    cell = find_cell(study, "even", n_samples)
+    indices = np.asarray(chosen).tolist()
+    cell = find_cell(study, "even", len(indices))
     tasks, n_draws = load_dataset(study["workspace"])[0], cell["repetitions"]
-    sets = draw_samples("even", tasks, n_samples, n_draws=n_draws, seed=study["seed"])
-    drawn = [chosen[0] for chosen in sets].index(0)
-    rows = {}
+    more: Any = {"n_draws": n_draws, "seed": study["seed"]}
+    sets = [s.tolist() for s in draw_samples("even", tasks, len(indices), **more)]
+    if indices not in sets:
+        raise ValueError(f"chosen={indices}; wanted one of the study's {n_draws} sets")
+    drawn, rows = sets.index(indices), {}
     for measure in measures:
-        for method in methods:
-            errors = pd.Series(cell["measures"][measure][method]["per_repetition"])
-            rank = f"{errors.rank(method='min')[drawn]:.0f} of {n_draws}"
-            told = errors[drawn], *errors.quantile([0, 0.5, 1])
+        found = cell["measures"][measure]
+        errors = {name: pd.Series(found[name]["per_repetition"]) for name in methods}
+        if len(methods) == 2:
+            one, other = methods
+            errors["their ratio"] = errors[one] / errors[other]
+        for name, values in errors.items():
+            rank = f"{values.rank(method='min')[drawn]:.0f} of {n_draws}"
+            told = values[drawn], *values.quantile([0, 0.5, 1])
             first, *bounds = map("{:.3g}".format, told)
-            rows[MEASURES[measure].label, method] = [first, rank, *bounds]
+            rows[MEASURES[measure].label, name] = [first, rank, *bounds]
     names = ["set drawn", "its rank", "lowest", "median", "highest"]
     table = pd.DataFrame.from_dict(rows, orient="index", columns=names)
     table.index = pd.MultiIndex.from_tuples(rows, names=["", "of all sets"])

@@ -7,7 +7,8 @@ one a test task and method, on a *test subset*. A *study* summarises them by des
 n, and divides the charts' means by the other methods'; a *profile* says how much it
 does.
 
-- `draw_samples`, `take_evenly`, `nearest_task`, `task_density`: which tasks
+- `draw_samples`, `take_evenly`, `nearest_task`, `task_density`, `pick_typical_set`:
+  which tasks
 - `METHODS`, `build_method`, `fit_methods`: who is compared
 - `Experiment`, `execute_policies`, `TEST_SUBSETS`: one training set
 - `run_study`, `Study`, `MEASURES`, `find_cell`, `count_ahead`,
@@ -69,5 +70,6 @@ if TYPE_CHECKING:
         summarise_cell,
     )
     from msc.study._trial import Experiment
+    from msc.study._typical import pick_typical_set
 
 __all__, __getattr__, __dir__ = face(__name__, __file__)
