@@ -4,10 +4,8 @@ An extension of Sphinx. The directive ``caption`` stands right after the cell th
 a figure, and makes of both one figure that Sphinx numbers::
 
     :::{caption}
-    What to see. Whatever follows in further paragraphs stands below it, smaller.
+    What to see. Whatever follows in further paragraphs stands below it.
     :::
-
-Without words a figure has its number alone.
 """
 
 from typing import TYPE_CHECKING, Any
@@ -17,7 +15,6 @@ if TYPE_CHECKING:
     from sphinx.application import Sphinx
 
 BEGINNING = ":::{caption}"  # of a cell that holds a caption, and nothing else
-LONE = f"{BEGINNING}\n:::"  # that of a figure without words
 FIGURE = "msc-figure"  # class of what Sphinx numbers
 
 
@@ -35,7 +32,7 @@ def setup(app: "Sphinx") -> dict[str, Any]:
             """Read the words."""
             words = nodes.Element()
             self.state.nested_parse(self.content, self.content_offset, words)
-            first, *others = words.children or [nodes.paragraph()]
+            first, *others = words.children
             figure = nodes.figure("", classes=[FIGURE])
             figure += nodes.caption("", "", *first.children)
             if others:

@@ -3,9 +3,9 @@
 Each is made from what it tells of (the runs of chapters, the command line, the tests
 that `equations.md` names), so that no page holds a copy that could grow old:
 
-- under every figure its number, unless its chapter has a caption for it, what made it,
-  and the one command that makes it again; the figure as a file to download, and small
-  on one page, `figures_gallery.md`;
+- under every figure a caption, unless its chapter has one for it, what made it, and the
+  one command that makes it again; the figure as a file to download, and small on one
+  page, `figures_gallery.md`;
 - `opening.html`, the drawing that opens the book: what the cell tagged `opening` of
   some chapter showed, as the first page runs no code;
 - `parameters_tables.md`, `commands_help.md` and `tests_sources.md`.
@@ -29,9 +29,9 @@ from urllib.parse import quote
 
 from PIL import Image
 
-from press._captions import BEGINNING, LONE
+from press._captions import BEGINNING
 from press._chapters import Chapter
-from press._markup import code, fenced, label, plain
+from press._markup import code, fenced, label, paragraph, plain
 from press._notebook import (
     Notebook,
     NotebookCell,
@@ -197,7 +197,7 @@ def _card(picture: Picture, number: int) -> str:
         f":img-top: {_option(f'{_THUMBNAILS}/{picture.name}.png')}\n"
         f":img-alt: {_option(picture.alt or picture.title)}\n"
         ":class-card: msc-thumbnail\n"
-        f"+++\nFigure {number} of this book\n"
+        f"\nFigure {number} of this book\n"
         ":::\n"
     )
 
@@ -243,7 +243,9 @@ def with_provenance(
     for picture in reversed(pictures):
         after = picture.cell + 1
         if not any(source(one).startswith(BEGINNING) for one in cells[after:][:1]):
-            cells.insert(after, cell(f"caption-{picture.number}", LONE))
+            words = paragraph(picture.alt.partition(". ")[0] or picture.title)
+            text = f"{BEGINNING}\n{words.removesuffix('.')}.\n:::"
+            cells.insert(after, cell(f"caption-{picture.number}", text))
         cells.insert(after + 1, block(picture))
     return chapter.notebook | {"cells": cells}
 
