@@ -43,7 +43,7 @@ from press import (
     add_seed,
     check_output,
     make_parser,
-    pages,
+    page_titles,
     replace_file,
     run_command,
     tell_options,
@@ -109,14 +109,13 @@ def make_subject(root: Path) -> Subject:
         values["verdicts"] = msc.claims.tally(msc.claims.summarise(verdicts))
     claims = msc.claims.load_claims(root / msc.claims.CLAIMS)
     values["n_claims"] = sum(claim.could_fail for claim in claims)
-    names = {page.stem for page in pages(root)}
     elsewhere = None
     if (over := root / msc.claims.OVER_WORLDS).is_file():
         found = json.loads(over.read_text("utf-8"))
         asked = msc.worlds.load_questions(root / "data/worlds/asked.yml")
         elsewhere = msc.claims.count_elsewhere(found, asked)
         values |= msc.claims.elsewhere_values(found)
-    fragments = msc.claims.claim_fragments(verdicts, names, elsewhere)
+    fragments = msc.claims.claim_fragments(verdicts, page_titles(root), elsewhere)
     return Subject("msc", ("msc",), commands, values, fragments)
 
 

@@ -100,7 +100,12 @@ def title(notebook: Notebook) -> str:
     'Figure 1: worlds'
     """
     texts = [source(c) for c in notebook["cells"] if c["cell_type"] == "markdown"]
-    found = re.search(r"^# (.*)$", "\n".join(texts), re.MULTILINE)
+    return first_heading("\n".join(texts))
+
+
+def first_heading(text: str) -> str:
+    """Return the first heading of Markdown; empty if it has none."""
+    found = re.search(r"^# (.*)$", text, re.MULTILINE)
     return found[1].strip() if found else ""
 
 

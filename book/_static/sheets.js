@@ -1,12 +1,13 @@
 // A link to a folded section opens it; on paper all are open.
 (function () {
   "use strict";
-  const sections = () => Array.from(document.querySelectorAll(".msc-sheets details"));
+  const folds = ".msc-sheets details, details.sd-dropdown";
+  const sections = () => Array.from(document.querySelectorAll(folds));
   let folded = [];
 
   function open() {
     const section = document.getElementById(location.hash.slice(1));
-    if (section?.matches(".msc-sheets details")) {
+    if (section?.matches(folds)) {
       section.open = true;
       section.scrollIntoView();
     }
