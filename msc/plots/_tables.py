@@ -108,14 +108,14 @@ def comparison_table(*found: Estimate) -> pd.DataFrame:
     return lay_out(columns).set_index(measures)
 
 
-def ratio_table(
+def find_ratios(
     *studies: Stored,
     measures: Sequence[str],
     baselines: Sequence[str] = BASELINES,
     design: str = "even",
     method: str = "charts",
 ) -> pd.DataFrame:
-    """Show the charts' errors over other methods', size by size, with intervals.
+    """Find the charts' errors over other methods', size by size.
 
     Parameters
     ----------
@@ -133,8 +133,8 @@ def ratio_table(
     Returns
     -------
     DataFrame
-        One row a number of training tasks; one column a world, measure and baseline,
-        as "ratio [low, high]" and a sign: ● lower, ✕ higher, ○ undecided.
+        Estimates for `plot_ratios`: one row a number of training tasks; one column a
+        world, measure and baseline, of which what all have in common is left out.
     """
     columns = {
         (WORLD_TITLES[study["workspace"]], MEASURES[measure].label, baseline): (
@@ -144,13 +144,34 @@ def ratio_table(
         for measure in measures
         for baseline in baselines
     }
-    table = lay_out(columns, "training tasks")
+    table = _gather(columns)
     table.columns = table.columns.set_names(["", "", f"{method} over"])
     return _without_same(table)
 
 
-def kernel_table(*studies: Stored, measure: str = "mse, gate learned") -> pd.DataFrame:
-    """Show the charts' errors over the single regression's, by their kernels.
+def ratio_table(*studies: Stored, **wanted: Any) -> pd.DataFrame:
+    """Show the charts' errors over other methods', size by size, with intervals.
+
+    Parameters
+    ----------
+    *studies : dict
+        Results of studies.
+    **wanted
+        As `find_ratios` takes them.
+
+    Returns
+    -------
+    DataFrame
+        The table of `find_ratios`, each ratio as "ratio [low, high]" and a sign: ●
+        lower, ✕ higher, ○ undecided.
+    """
+    return write_ratios(find_ratios(*studies, **wanted))
+
+
+def find_kernel_ratios(
+    *studies: Stored, measure: str = "mse, gate learned"
+) -> pd.DataFrame:
+    """Find the charts' errors over the single regression's, by their kernels.
 
     Parameters
     ----------
@@ -162,9 +183,9 @@ def kernel_table(*studies: Stored, measure: str = "mse, gate learned") -> pd.Dat
     Returns
     -------
     DataFrame
-        One row a number of training tasks, evenly spaced; for each world both with a
-        squared exponential kernel, both with a Matérn kernel, and the former charts
-        over the latter regression; cells as in `ratio_table`.
+        Estimates for `plot_ratios`: one row a number of training tasks, evenly spaced;
+        for each world both with a squared exponential kernel, both with a Matérn
+        kernel, and the former charts over the latter regression.
     """
     pairs = {
         "both smooth": ("charts", "single regression"),
@@ -178,7 +199,47 @@ def kernel_table(*studies: Stored, measure: str = "mse, gate learned") -> pd.Dat
         for study in studies
         for kernels, (method, baseline) in pairs.items()
     }
-    return _without_same(lay_out(columns, "training tasks"))
+    return _without_same(_gather(columns))
+
+
+def kernel_table(*studies: Stored, **wanted: Any) -> pd.DataFrame:
+    """Show the charts' errors over the single regression's, by their kernels.
+
+    Parameters
+    ----------
+    *studies : dict
+        Results of studies.
+    **wanted
+        As `find_kernel_ratios` takes them.
+
+    Returns
+    -------
+    DataFrame
+        The table of `find_kernel_ratios`, cells as in `ratio_table`.
+    """
+    return write_ratios(find_kernel_ratios(*studies, **wanted))
+
+
+def write_ratios(ratios: pd.DataFrame) -> pd.DataFrame:
+    """Write ratios and their intervals in figures.
+
+    Parameters
+    ----------
+    ratios : DataFrame
+        Estimates, as `find_ratios` returns them.
+
+    Returns
+    -------
+    DataFrame
+        Cells as in `ratio_table`; "–" where there is no ratio.
+    """
+    return ratios.map(_write)
+
+
+def _gather(columns: Mapping[Any, Mapping[int, Estimate]]) -> pd.DataFrame:
+    """Put ratios by training tasks beside one another."""
+    whole = {head: pd.Series(column, dtype=object) for head, column in columns.items()}
+    return pd.DataFrame(whole).rename_axis("training tasks")
 
 
 def _without_same(table: pd.DataFrame) -> pd.DataFrame:

@@ -16,7 +16,8 @@ does.
 - `read_trials` and, above it, `rank_methods`, `Ranks`, `critical_difference`: average
   ranks over all of it
 - `run_elbows` and, below it, `read_elbows`, `measure_elbows`, `most_picked`,
-  `choose_criterion`, `compare_gates`, `average_gates`, `compare_clusterers`: the
+  `choose_criterion`, `compare_gates`, `average_gates`, `compare_clusterers`,
+  `find_clusters`: the
   choices inside a skill
 - `measure_savings` and, above it, `time_searches`, `summarise_savings`,
   `break_even`: what predicting saves of searching
@@ -35,6 +36,7 @@ if TYPE_CHECKING:
     from msc.study._choices import (
         choose_criterion,
         compare_clusterers,
+        find_clusters,
         measure_elbows,
         most_picked,
     )
