@@ -19,8 +19,9 @@ above, tasks in degrees.
   `film`, `render`, `side_by_side`, `check_suffix`: a world, an arm, a movement
 - `plot_generations`, `slide_generations`, `plot_quality`, `plot_curves`, `plot_tasks`,
   `plot_breaks`, `Movements`, `quality_table`, `jump_table`, `confirmed_jumps`: searches
-- `plot_pieces`, `plot_clusterings`, `plot_reconstruction`, `plot_affinity`, `slide_regularization`,
-  `slide_charts`, `plot_elbows`, `elbow_table`, `gate_table`: charts, and how many
+- `plot_pieces`, `plot_clusterings`, `plot_reconstruction`, `plot_affinity`,
+  `slide_regularization`, `slide_charts`, `plot_elbows`, `elbow_table`, `gate_table`:
+  charts, and how many
 - `Switch`: a figure drawn in more ways than one
 - `plot_manifold`, `plot_execution`, `plot_composition`, `plot_rivals`,
   `slide_execution`, `slide_predictions`, `WEIGHT_NAMES`: skills, and what they predict

@@ -50,15 +50,21 @@ def _write(cell: Any) -> str:
     if isinstance(cell, str):
         return cell
     if isinstance(cell, Estimate):
-        low, high = cell.bounds
-        least = "<0.001" if 0 < low < 0.001 else rounded(low, 2)
-        most = ">1000" if high > 1000 else rounded(high, 2)
-        ratio = f"{SIGNS[cell.verdict]}\N{NBSP}{rounded(cell.value, 2)}"
-        return f"{ratio} [{least},\N{NBSP}{most}]"
+        return write_ratio(cell)
     if isinstance(cell, Mapping):
         timed = (_digits(cell[key]) for key in ("median", "low", "high"))
         return "{} ({}–{})".format(*timed)
     return "–" if np.isnan(cell) else _digits(cell)  # NaN: other rows have a result
+
+
+def write_ratio(one: Estimate) -> str:
+    """Write a ratio, its sign before it and its interval behind it, to two digits."""
+    low, high = one.bounds
+    value, least, most = (f"{float(rounded(x, 2)):g}" for x in (one.value, low, high))
+    least = "<0.001" if 0 < low < 0.001 else least
+    most = ">1000" if high > 1000 else most
+    ratio = f"{SIGNS[one.verdict]}\N{NBSP}{value}"
+    return f"{ratio} [{least},\N{NBSP}{most}]"
 
 
 def _digits(number: float) -> str:

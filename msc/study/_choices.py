@@ -228,7 +228,7 @@ def find_clusters(
     --------
     >>> found = find_clusters([[0.0], [0.1], [5.0], [5.1]], [2])
     >>> found[2, "single linkage"].tolist()
-    [1, 1, 0, 0]
+    [0, 0, 1, 1]
     """
     points = to_floats("policies", policies)
     found = {}

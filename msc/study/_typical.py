@@ -59,5 +59,5 @@ def pick_typical_set(
     means = cell["measures"][measure]
     ours, theirs = (np.array(means[n]["per_repetition"]) for n in (method, baseline))
     middle = np.argsort(ours / theirs, kind="stable")[(len(ours) - 1) // 2]
-    n_draws, seed = cell["repetitions"], study["seed"]
-    return draw_samples("even", tasks, n_samples, n_draws=n_draws, seed=seed)[middle]
+    drawn: Any = {"n_draws": cell["repetitions"], "seed": study["seed"]}
+    return draw_samples("even", tasks, n_samples, **drawn)[int(middle)]
