@@ -44,7 +44,7 @@ from press import (
     add_seed,
     check_output,
     make_parser,
-    pages,
+    page_titles,
     replace_file,
     run_command,
     tell_options,
@@ -118,14 +118,13 @@ def make_subject(root: Path) -> Subject:
         values |= msc.claims.headline_values(
             {name: read_result(path, root / "data") for name, path in studies.items()}
         )
-    names = {page.stem for page in pages(root)}
     elsewhere = None
     if (over := root / msc.claims.OVER_WORLDS).is_file():
         found = json.loads(over.read_text("utf-8"))
         asked = msc.worlds.load_questions(root / "data/worlds/asked.yml")
         elsewhere = msc.claims.count_elsewhere(found, asked)
         values |= msc.claims.elsewhere_values(found)
-    fragments = msc.claims.claim_fragments(verdicts, names, elsewhere)
+    fragments = msc.claims.claim_fragments(verdicts, page_titles(root), elsewhere)
     return Subject("msc", ("msc",), commands, values, fragments)
 
 

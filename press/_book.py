@@ -36,8 +36,10 @@ from press._files import locked
 from press._markup import plain
 from press._notebook import (
     complaints,
+    first_heading,
     parameters,
     read_notebook,
+    title,
     unmet,
     write_notebook,
 )
@@ -173,6 +175,27 @@ def pages(root: Path) -> list[Path]:
             )
         found.append(existing[0])
     return found
+
+
+def page_titles(root: Path) -> dict[str, str]:
+    """Return the titles of all pages in the order of the table of contents.
+
+    Parameters
+    ----------
+    root : Path
+        Repository, as for `pages`.
+
+    Returns
+    -------
+    dict of str to str
+        By name: the first heading, as Markdown; of a page without one its name.
+    """
+    return {
+        page.stem: title(read_notebook(page))
+        if page.suffix == ".ipynb"
+        else first_heading(page.read_text(encoding="utf-8")) or page.stem
+        for page in pages(root)
+    }
 
 
 def read_toc(root: Path) -> Any:

@@ -20,6 +20,13 @@ NotebookCell = dict[str, Any]
 _CELL = {"cell_type", "metadata", "source"}  # what every cell has
 _LONGEST = 400  # that an error quotes of what a cell wrote
 
+# The last two rows of a table's head, as pandas writes them, and a cell there.
+_HEAD_ROWS = re.compile(
+    r"(<tr[^>]*>\s*)((?:<th\b[^>]*>[^<]*</th>\s*)+)</tr>\s*"
+    r"<tr[^>]*>\s*((?:<th\b[^>]*>[^<]*</th>\s*)+)(</tr>\s*</thead>)"
+)
+_HEAD = re.compile(r"<th\b([^>]*)>([^<]*)</th>")
+
 
 def read_notebook(path: Path) -> Notebook:
     """Read a notebook; a file that is none is a ValueError that names it."""
@@ -100,7 +107,12 @@ def title(notebook: Notebook) -> str:
     'Figure 1: worlds'
     """
     texts = [source(c) for c in notebook["cells"] if c["cell_type"] == "markdown"]
-    found = re.search(r"^# (.*)$", "\n".join(texts), re.MULTILINE)
+    return first_heading("\n".join(texts))
+
+
+def first_heading(text: str) -> str:
+    """Return the first heading of Markdown; empty if it has none."""
+    found = re.search(r"^# (.*)$", text, re.MULTILINE)
     return found[1].strip() if found else ""
 
 
@@ -180,9 +192,31 @@ def _named(run: Notebook) -> Iterator[tuple[str, NotebookCell]]:
 
 
 def _without_empty_headers(output: dict[str, Any]) -> dict[str, Any]:
-    """Turn header cells without text, which name nothing, into plain cells."""
+    """Give tables of pandas one row of heads where it writes two, half empty each.
+
+    Names of what stands in a row's head have a row of their own, below the columns';
+    they move into the corner above. Whatever heads are empty then are plain cells.
+    """
     data = output.get("data", {})
     if "text/html" not in data:
         return output
-    html = re.sub(r"<th\b([^>]*)></th>", r"<td\1></td>", "".join(data["text/html"]))
+    html = _HEAD_ROWS.sub(_join_heads, "".join(data["text/html"]))
+    html = re.sub(r"<th\b([^>]*)></th>", r"<td\1></td>", html)
     return output | {"data": data | {"text/html": html}}
+
+
+def _join_heads(rows: re.Match[str]) -> str:
+    """Move names of row heads into the row above, beside what columns are named."""
+    begin, first, second, end = rows.groups()
+    above, below = _HEAD.findall(first), _HEAD.findall(second)
+    named = [bool(text) for _, text in below]
+    n_names = len(named) - named[::-1].index(True) if any(named) else 0
+    corner, over = above[:n_names], any(text for _, text in above[: n_names - 1])
+    if not 0 < n_names < len(below) == len(above) or over:
+        return rows[0]
+    names = below[:n_names]
+    if of_columns := corner[-1][1]:
+        look, text = names[-1]
+        names[-1] = look, f"{text} ↓ {of_columns} →"
+    cells = [f"<th{look}>{text}</th>" for look, text in [*names, *above[n_names:]]]
+    return f"{begin}{''.join(cells)}{end}"

@@ -3,8 +3,9 @@
 Each is made from what it tells of (the runs of chapters, the command line, the tests
 that `equations.md` names), so that no page holds a copy that could grow old:
 
-- under every figure, what made it, and the one command that makes it again; the figure
-  as a file to download, and small on one page, `figures_gallery.md`;
+- under every figure a caption, unless its chapter has one for it, what made it, and the
+  one command that makes it again; the figure as a file to download, and small on one
+  page, `figures_gallery.md`;
 - `opening.html`, the drawing that opens the book: what the cell tagged `opening` of
   some chapter showed, as the first page runs no code;
 - `parameters_tables.md`, `commands_help.md` and `tests_sources.md`.
@@ -28,9 +29,10 @@ from urllib.parse import quote
 
 from PIL import Image
 
+from press._captions import BEGINNING
 from press._chapters import Chapter
 from press._edition import DOWNLOADS
-from press._markup import code, fenced, label, plain
+from press._markup import code, fenced, label, paragraph, plain
 from press._notebook import (
     Notebook,
     NotebookCell,
@@ -181,20 +183,21 @@ def gallery_markdown(pictures: Sequence[Picture]) -> str:
     """Write a card a figure, which leads to its chapter."""
     if not pictures:
         return "*No chapter draws a figure.*\n"
-    cards = "\n".join(_card(picture, pictures) for picture in pictures)
+    cells = dict.fromkeys((one.chapter, one.cell) for one in pictures)
+    numbers = {cell: number for number, cell in enumerate(cells, start=1)}
+    cards = "\n".join(_card(one, numbers[one.chapter, one.cell]) for one in pictures)
     return f"::::{{grid}} 1 2 2 3\n:gutter: 3\n\n{cards}\n::::\n"
 
 
-def _card(picture: Picture, pictures: Sequence[Picture]) -> str:
-    """Write one card; its heading numbers a chapter's figures if there are several."""
-    siblings = [other for other in pictures if other.chapter == picture.chapter]
-    which = f" ({picture.number})" if len(siblings) > 1 else ""
+def _card(picture: Picture, number: int) -> str:
+    """Write one card, with the number that Sphinx gives to the figure."""
     return (
-        f":::{{grid-item-card}} {picture.title}{which}\n"
+        f":::{{grid-item-card}} {picture.title}\n"
         f":link: {_option(picture.chapter)}\n:link-type: doc\n"
         f":img-top: {_option(f'{_THUMBNAILS}/{picture.name}.png')}\n"
         f":img-alt: {_option(picture.alt or picture.title)}\n"
         ":class-card: msc-thumbnail\n"
+        f"\nFigure {number} of this book\n"
         ":::\n"
     )
 
@@ -225,26 +228,30 @@ def write_opening(runs: Iterable[Notebook], folder: Path) -> None:
 def with_provenance(
     chapter: Chapter, pictures: Sequence[Picture], subject: Subject, address: str = ""
 ) -> Notebook:
-    """Put a block under each figure of a chapter; if it has none, at its end.
+    """Put a caption and a block under each figure; without figures, one at the end.
 
-    With an address, where the repository's files are shown, it leads to the notebook.
+    With an address, where the repository's files are shown, a block leads to the
+    notebook.
     """
 
+    def cell(name: str, text: str) -> NotebookCell:
+        return {"cell_type": "markdown", "id": name, "metadata": {}, "source": text}
+
     def block(picture: Picture | None) -> NotebookCell:
-        return {
-            "cell_type": "markdown",
-            "id": f"provenance-{picture.number if picture else 0}",
-            "metadata": {},
-            "source": fenced(
-                _provenance(chapter, picture, subject, address), "{raw} html"
-            ),
-        }
+        told = _provenance(chapter, picture, subject, address)
+        name = f"provenance-{picture.number if picture else 0}"
+        return cell(name, fenced(told, "{raw} html"))
 
     cells = list(chapter.notebook["cells"])
     if not pictures:
         cells.append(block(None))
     for picture in reversed(pictures):
-        cells.insert(picture.cell + 1, block(picture))
+        after = picture.cell + 1
+        if not any(source(one).startswith(BEGINNING) for one in cells[after:][:1]):
+            words = paragraph(picture.alt.partition(". ")[0] or picture.title)
+            text = f"{BEGINNING}\n{words.removesuffix('.')}.\n:::"
+            cells.insert(after, cell(f"caption-{picture.number}", text))
+        cells.insert(after + 1, block(picture))
     return chapter.notebook | {"cells": cells}
 
 

@@ -14,10 +14,12 @@ import msc.plots._search
 import msc.skills
 from msc import SMCE, Arm, Workspace, load_dataset
 from msc.data import Dataset, load_results, make_two_arcs
+from msc.estimates import Estimate
 from msc.plots import (
     METHOD_STYLES,
     Movements,
     Walk,
+    find_ratios,
     load_benchmark,
     load_times,
     plot_affinity,
@@ -27,6 +29,7 @@ from msc.plots import (
     plot_caught,
     plot_clusterings,
     plot_column,
+    plot_comparisons,
     plot_composition,
     plot_contact_sheet,
     plot_coverage,
@@ -51,11 +54,13 @@ from msc.plots import (
     plot_maps,
     plot_other_coverage,
     plot_payoff,
+    plot_pieces,
     plot_plane,
     plot_poses,
     plot_projection,
     plot_quality,
     plot_ranks,
+    plot_ratios,
     plot_reconstruction,
     plot_rivals,
     plot_rollouts_spent,
@@ -333,6 +338,15 @@ FIGURES = {
     plot_times: lambda: plot_times(load_times()),
     plot_coverage: lambda: plot_coverage(*load_results("coverage")),
     plot_other_coverage: lambda: plot_other_coverage(*load_results("coverage")),
+    plot_ratios: lambda: plot_ratios(
+        find_ratios(*results("study"), measures=["mse, gate learned", "error_cm"])
+    ),
+    plot_comparisons: lambda: plot_comparisons(
+        *(Estimate(0.5, 0, 3, "execution error", name) for name in METHOD_STYLES)
+    ),
+    plot_pieces: lambda: plot_pieces(
+        np.arange(360.0), {"single linkage, 9": np.arange(360) // 40}, [14, 93]
+    ),
     plot_sample_sizes: lambda: plot_sample_sizes(
         *results("study"), methods=list(METHOD_STYLES), verdicts=False
     ),

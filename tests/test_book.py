@@ -621,6 +621,9 @@ def test_gallery_shows_every_figure_and_leads_to_its_chapter(built):
     [image] = re.findall(r'<img[^>]*one-1\.png"[^>]*>', page)
     assert 'alt="A tiny circle."' in image
     assert 'href="one.html"' in page[page.index(image) - 500 :]
+    chapter = (built.parent / "one.html").read_text("utf-8")
+    [number] = re.findall(r'class="caption-number">(Figure 1 of this book) <', chapter)
+    assert number in page[page.index(image) :]
     assert "No chapter" in gallery_markdown([])
 
 

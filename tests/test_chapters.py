@@ -6,8 +6,10 @@ from pathlib import Path
 
 import pytest
 
+from press._captions import BEGINNING
 from press._chapters import run_chapters
 from press._notebook import (
+    alternative_text,
     code_cells,
     complaints,
     parameters,
@@ -50,3 +52,23 @@ def test_chapter_runs_and_its_images_have_alternative_text(path):
 def test_chapter_runs_in_its_own_folder(tmp_path):
     path = ROOT / "book" / "fig1_workspaces.ipynb"
     run_chapters({path: {"profile": "quick"}}, root=path.parent, cache=tmp_path)
+
+
+FIGURES = sorted((ROOT / "book").glob("fig*.ipynb"))
+
+
+@pytest.mark.parametrize("path", FIGURES, ids=lambda path: path.stem)
+def test_a_figure_s_chapter_says_what_to_see_and_what_differs(path):
+    cells = read_notebook(path)["cells"]
+    drawn = [number for number, cell in enumerate(cells) if alternative_text(cell)]
+    for number in drawn:
+        assert source(cells[number + 1]).startswith(BEGINNING), source(cells[number])
+    beside = source(cells[drawn[0] + 2])
+    assert "msc-beside" in beside
+    claim, finding = re.findall(r":::\{grid-item-card\} (.+)", beside)
+    assert (claim, finding) == ("The paper", "Here")
+    assert "Its Figure" in beside
+    assert "{cite}`paper`" in beside
+    text = "\n".join(source(c) for c in cells if c["cell_type"] == "markdown")
+    heads = re.findall("^## (.+)$", text, re.MULTILINE)
+    assert heads[-2:] == ["What differs from the paper", "How it was made"]

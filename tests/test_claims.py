@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -17,6 +18,7 @@ from msc.cli import main
 from press import checksum, pages
 
 ROOT = Path(__file__).parents[1]
+PAGE = {"fig3_free_24": "Figure 3"}
 COMMITTED = ROOT / "data" / "results" / "claims.json"
 IDS = [
     "manifold-free-continuous",
@@ -525,27 +527,44 @@ def test_tables_link_each_claim_and_verdict(verdict_on):
         {"one": built_in, "two": BELOW | {"baseline": ["single"]}},
         study(mse={24: LOW}),
     )
-    *_, row, _ = table_markdown([found], {"fig3_free_24"}, {}).splitlines()
+    *_, row, _ = table_markdown([found], PAGE, {}).splitlines()
     assert row == (
         "| [Charts err less.](fig3_free_24) "
         "| [◇ by construction](claim-lower) | one: 0.5 [0.4, 0.6] × single; "
         "[other readings differ](claim-lower) |"
     )
-    assert "| Charts err less. |" in table_markdown([found], set(), {})
-    section = sections_markdown([found], {"fig3_free_24"}, {})
+    assert "| Charts err less. |" in table_markdown([found], {}, {})
+    section = sections_markdown([found], PAGE, {})
     assert section.count("| reading | measured | wanted | verdict |") == 1
-    assert "Charts err less. [Its chapter](fig3_free_24).\n" in section
-    assert section.startswith("(claim-lower)=\n### lower: ◇ by construction\n")
+    assert section.startswith(
+        "### Figure 3\n\n[The chapter](fig3_free_24) shows it.\n\n"
+        ":::{dropdown} Charts err less. **◇ by construction**\n:name: claim-lower\n\n> "
+    )
+    assert section.endswith("\n:::\n")
     measured = "0.5 [0.4, 0.6] × single | below 1"
     assert f"| **one** | {measured} | by construction |" in section
     assert "**By construction.** We made it so." in section
     assert "**Margin.** Half is half." in section
 
 
+def test_claims_stand_by_chapter_in_the_order_of_the_book(verdict_on):
+    one = verdict_on({"one": BELOW}, study(mse={24: LOW}))
+    chapters = {"b": "last", "a": "first", "c": "last"}
+    three = [
+        replace(one, claim=replace(one.claim, id=name, chapter=chapter))
+        for name, chapter in chapters.items()
+    ]
+    text = sections_markdown(three, {"first": "One", "other": "Two"}, {})
+    assert re.findall("^(?:### |:name: claim-)(.+)", text, re.MULTILINE) == [
+        *("One", "a"),
+        *("last", "b", "c"),
+    ]
+
+
 def test_a_book_without_verdicts_yet_says_so(repository):
-    for told in claim_fragments([], set()).values():
+    for told in claim_fragments([], {}).values():
         assert "No verdicts yet" in told
-    fragments = claim_fragments(judge_all(repository), set())
+    fragments = claim_fragments(judge_all(repository), {})
     assert sorted(fragments) == ["claims_readings.md", "claims_table.md"]
     assert "○ undecided" in fragments["claims_readings.md"]
 

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from msc import load_dataset
+from msc.data import load_results
 from msc.estimates import Estimate
 from msc.learn import SELECTION_CRITERIA
 from msc.plots import (
@@ -22,7 +23,13 @@ from msc.plots import (
     sets_table,
 )
 from msc.plots._tables import comparisons, lay_out
-from msc.study import MEASURES, draw_samples
+from msc.study import (
+    MEASURES,
+    Experiment,
+    draw_samples,
+    find_cell,
+    pick_typical_set,
+)
 
 BASELINES = {"single regression": 2.0, "CrKr": 1.0, "nearest neighbour": 0.5}
 
@@ -137,16 +144,55 @@ def test_what_is_the_same_in_all_columns_is_left_out():
     assert list(table.columns) == ["CrKr"]
 
 
-def test_the_set_drawn_is_ranked_among_all():
+def sets_of(**errors):
+    """Return a study of all sets of 24 tasks, and these by their first task."""
     tasks = load_dataset("free")[0]
-    firsts = [one[0] for one in draw_samples("even", tasks, 24, n_draws=15, seed=5)]
-    errors = {"charts": {"per_repetition": [7.0 + first for first in firsts]}}
+    sets = draw_samples("even", tasks, 24, n_draws=15, seed=5)
+    by_method = {
+        name: {"per_repetition": [float(error(one[0])) for one in sets]}
+        for name, error in errors.items()
+    }
     few = {"design": "even", "n_samples": 24, "repetitions": 15}
-    cells = [cell(24, "uniform"), {**few, "measures": {"error_cm": errors}}]
+    cells = [cell(24, "uniform"), {**few, "measures": {"error_cm": by_method}}]
     found = {"workspace": "free", "seed": 5, "cells": cells}
-    table = sets_table(found, 24, measures=["error_cm"], methods=["charts"])
-    row = table.loc["distance at the end (cm)", "charts"].tolist()
-    assert row == ["7", "1 of 15", "7", "14", "21"]
+    return found, {one[0]: one for one in sets}
+
+
+def test_the_set_drawn_is_ranked_among_all():
+    found, sets = sets_of(charts=lambda k: 7 + k, single=lambda _: 2)
+    asked = {"measures": ["error_cm"], "methods": ["charts", "single"]}
+    table = sets_table(found, sets[0], **asked).loc["distance at the end (cm)"]
+    assert table.loc["charts"].tolist() == ["7", "1 of 15", "7", "14", "21"]
+    assert table.loc["their ratio"].tolist() == ["3.5", "1 of 15", "3.5", "7", "10.5"]
+    assert sets_table(found, sets[14], **asked).iloc[0, 1] == "15 of 15"
+    with pytest.raises(
+        ValueError, match=r"chosen=\[0, 1\b.*; wanted one of .* 15 sets"
+    ):
+        sets_table(found, range(24), **asked)
+
+
+def test_the_typical_set_is_that_of_the_median_ratio():
+    methods = {"charts": lambda k: (k - 3) ** 2 + 1, "single": lambda k: k + 1}
+    found, sets = sets_of(**methods)
+    pair = {"method": "charts", "baseline": "single"}
+    chosen = pick_typical_set(found, 24, "error_cm", **pair)
+    ratios = {k: ((k - 3) ** 2 + 1) / (k + 1) for k in range(15)}
+    middle = sorted(ratios, key=ratios.get)[7]
+    assert chosen.tolist() == sets[middle].tolist()
+    without = pick_typical_set(found, 12, "error_cm", **pair)
+    assert without.tolist() == list(range(0, 360, 30))
+
+
+@pytest.mark.parametrize("world", ["free", "obstacles"])
+def test_what_is_trained_on_the_typical_set_errs_as_the_study_says(world):
+    (found,) = load_results(f"study_{world}")
+    chosen = pick_typical_set(found, 24, "mse, gate learned")
+    names = ("charts", "single regression")
+    errors = Experiment(world, chosen=chosen, names=names).squared_errors().mean()
+    kept = find_cell(found, "even", 24)["measures"]["mse, gate learned"]
+    ratios = np.divide(*(kept[name]["per_repetition"] for name in names))
+    drawn = errors[names[0]] / errors[names[1]]
+    assert drawn == pytest.approx(np.median(ratios), rel=1e-4)  # as kept
 
 
 def test_designs_are_kept_apart():

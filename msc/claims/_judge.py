@@ -171,20 +171,23 @@ def show_claims(*ids: str) -> pd.DataFrame:
     -------
     DataFrame
         One row a claim, and below it one an interpretation: the verdict, and what was
-        measured.
+        measured. A page shows the claims' sentences in place of their names.
 
     Raises
     ------
     ValueError
         If a claim is unknown, or a result file is not as wanted.
     """
-    rows = {}
+    rows, sentences = {}, {}
     for found in judge_all(find_data().parent, *ids):
+        sentences[found.claim.id] = found.claim.claim
         rows[found.claim.id, "the claim"] = (found.verdict, "")
         for one in found.findings:
             rows[found.claim.id, one.name] = (one.verdict, one.measured)
     index = pd.MultiIndex.from_tuples(rows, names=["claim", "reading"])
-    return _Whole(list(rows.values()), index=index, columns=["verdict", "measured"])
+    table = _Whole(list(rows.values()), index=index, columns=["verdict", "measured"])
+    table.attrs["sentences"] = sentences
+    return table
 
 
 def summarise(verdicts: Iterable[Verdict]) -> dict[str, Any]:
@@ -313,8 +316,9 @@ def _favour(asked: Interpretation, estimate: Estimate) -> float:
 
 
 class _Whole(pd.DataFrame):
-    """A table that is shown with its texts whole, however long."""
+    """A table that is shown with its texts whole, and claims in words."""
 
     def _repr_html_(self) -> str:
+        told = self.rename(index=self.attrs["sentences"], level="claim")
         with pd.option_context("display.max_colwidth", None):
-            return self.to_html()
+            return pd.DataFrame(told).to_html()

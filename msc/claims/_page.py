@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import product
 from typing import Any
 
 from msc.claims._elsewhere import Counts, write_counts
 from msc.claims._judge import BUILT_IN, SYMBOLS, VERDICTS, Verdict
-from press import label, paragraph, plain
+from press import label, plain
 
 TABLE = "claims_table.md"
 SECTIONS = "claims_readings.md"
@@ -22,7 +22,7 @@ BEGIN, END = "<!-- verdicts, by msc claims -->", "<!-- end of verdicts -->"
 
 def claim_fragments(
     verdicts: Sequence[Verdict],
-    pages: Collection[str],
+    pages: Mapping[str, str],
     elsewhere: Elsewhere | None = None,
 ) -> dict[str, str]:
     """Write what pages of the book include: the table, and all readings.
@@ -31,8 +31,8 @@ def claim_fragments(
     ----------
     verdicts : sequence of Verdict
         What `msc.claims.judge_all` returned; none before there are any.
-    pages : collection of str
-        Names of the book's pages; only these are linked to.
+    pages : mapping of str to str
+        Titles of the book's pages by their names; only these are linked to.
     elsewhere : mapping, optional
         What `msc.claims.count_elsewhere` returned; by default no other worlds are told
         of.
@@ -53,7 +53,7 @@ def claim_fragments(
 
 
 def table_markdown(
-    verdicts: Sequence[Verdict], pages: Collection[str], elsewhere: Elsewhere
+    verdicts: Sequence[Verdict], pages: Mapping[str, str], elsewhere: Elsewhere
 ) -> str:
     """Write the table that opens the book: links to chapters and to sections."""
     heads = ["the paper claims", "here", "measured"]
@@ -98,10 +98,18 @@ def tally(summary: Mapping[str, Mapping[str, Any]]) -> str:
 
 
 def sections_markdown(
-    verdicts: Sequence[Verdict], pages: Collection[str], elsewhere: Elsewhere
+    verdicts: Sequence[Verdict], pages: Mapping[str, str], elsewhere: Elsewhere
 ) -> str:
-    """Write a section a claim, with its anchor: what each reading measured."""
-    sections = [_section(one, pages, elsewhere.get(one.claim.id)) for one in verdicts]
+    """Write a section a chapter, in the order of the book, and in it a fold a claim."""
+    chapters = {one.claim.chapter for one in verdicts}
+    known = [name for name in pages if name in chapters]
+    sections = []
+    for name in [*known, *sorted(chapters - {*known})]:
+        own = [one for one in verdicts if one.claim.chapter == name]
+        head = f"### {pages.get(name, plain(name))}"
+        folds = [_fold(one, elsewhere.get(one.claim.id)) for one in own]
+        shown = [f"[The chapter]({name}) shows it."] if name in pages else []
+        sections += [head, *shown, *folds]
     return "\n\n".join(sections) + "\n"
 
 
@@ -145,15 +153,14 @@ def with_summary(page: str, summary: Mapping[str, Mapping[str, Any]]) -> str:
     return f"{before}{BEGIN}\n\n{table}\n{END}{after}"
 
 
-def _section(one: Verdict, pages: Collection[str], counts: Counts | None) -> str:
-    """Write the section of a claim."""
+def _fold(one: Verdict, counts: Counts | None) -> str:
+    """Write a claim: its sentence and verdict in a line, and what is folded below."""
     claim = one.claim
     built_in = [
         asked.by_construction
         for asked, found in zip(claim.interpretations, one.findings, strict=True)
         if found.verdict == BUILT_IN
     ]
-    shown = f" [Its chapter]({claim.chapter})." if claim.chapter in pages else ""
     rows = [_row("reading", "measured", "wanted", "verdict"), "|---|---|---|---|"]
     for found in one.findings:
         name, *cells = map(
@@ -161,9 +168,7 @@ def _section(one: Verdict, pages: Collection[str], counts: Counts | None) -> str
         )
         rows.append(_row(f"**{name}**" if found in one.literal else name, *cells))
     paragraphs = [
-        f"(claim-{claim.id})=\n### {claim.id}: {one.words}",
         f"> “{plain(claim.quote)}” {{cite}}`paper` ({plain(claim.section)})",
-        f"{paragraph(claim.claim)}{shown}",
         "\n".join(rows),
         f"**Margin.** {plain(claim.margin)}" if claim.margin else "",
         f"**Could hardly fail.** {plain(claim.hardly_fails)}"
@@ -176,7 +181,9 @@ def _section(one: Verdict, pages: Collection[str], counts: Counts | None) -> str
         if counts
         else "",
     ]
-    return "\n\n".join(paragraph for paragraph in paragraphs if paragraph)
+    told = "\n\n".join(paragraph for paragraph in paragraphs if paragraph)
+    head = f":::{{dropdown}} {plain(claim.claim)} **{one.words}**"
+    return f"{head}\n:name: claim-{claim.id}\n\n{told}\n:::"
 
 
 def _row(*cells: str) -> str:

@@ -20,13 +20,17 @@ above, tasks in degrees.
   movement
 - `plot_generations`, `slide_generations`, `plot_quality`, `plot_curves`, `plot_tasks`,
   `plot_breaks`, `Movements`, `quality_table`, `jump_table`, `confirmed_jumps`: searches
-- `plot_clusterings`, `plot_reconstruction`, `plot_affinity`, `slide_regularization`,
-  `slide_charts`, `plot_elbows`, `elbow_table`, `gate_table`: charts, and how many
+- `plot_pieces`, `plot_clusterings`, `plot_reconstruction`, `plot_affinity`,
+  `slide_regularization`, `slide_charts`, `plot_elbows`, `elbow_table`, `gate_table`:
+  charts, and how many
+- `Switch`: a figure drawn in more ways than one
 - `plot_manifold`, `plot_execution`, `plot_composition`, `plot_rivals`,
   `slide_execution`, `slide_predictions`, `drag_goal`, `WEIGHT_NAMES`: skills, and what
   they predict
-- `plot_sample_sizes`, `plot_sweep`, `comparison_table`, `ratio_table`, `kernel_table`,
-  `sets_table`, `ahead_table`, `gate_shares`, `METHOD_STYLES`: methods compared
+- `plot_sample_sizes`, `plot_sweep`, `plot_ratios`, `find_ratios`,
+  `find_kernel_ratios`, `write_ratios`, `plot_comparisons`, `comparison_table`,
+  `ratio_table`, `kernel_table`, `sets_table`, `ahead_table`, `gate_shares`,
+  `METHOD_STYLES`: methods compared
 - `SECTION_V`, `plot_section_v`, `section_v_table`: the paper's related work
 - `Leaderboard`, `list_methods`, `plot_leaderboard`, `standings_table`, `plot_ranks`:
   all of them
@@ -88,7 +92,9 @@ if TYPE_CHECKING:
         standings_table,
     )
     from msc.plots._manifold import plot_execution, plot_manifold, slide_execution
+    from msc.plots._pieces import plot_pieces
     from msc.plots._ranks import plot_ranks
+    from msc.plots._ratios import plot_comparisons, plot_ratios
     from msc.plots._reach import drag_goal
     from msc.plots._report import (
         Walk,
@@ -128,11 +134,14 @@ if TYPE_CHECKING:
         plot_sweep,
     )
     from msc.plots._style import METHOD_STYLES, WEIGHT_NAMES
+    from msc.plots._switch import Switch
     from msc.plots._tables import (
         ahead_table,
         comparison_table,
         confirmed_jumps,
         elbow_table,
+        find_kernel_ratios,
+        find_ratios,
         gate_shares,
         gate_table,
         jump_table,
@@ -140,6 +149,7 @@ if TYPE_CHECKING:
         quality_table,
         ratio_table,
         sets_table,
+        write_ratios,
     )
     from msc.plots._times import load_times, plot_times, times_table
     from msc.plots._timings import (

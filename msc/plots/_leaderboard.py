@@ -24,6 +24,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullLocator
 
 from msc.estimates import Estimate, rounded
+from msc.plots._ratios import draw_ratio
 from msc.plots._style import COLOURS, SMALL, styled
 from msc.plots._tables import SIGNS, WORLD_TITLES, Stored
 from msc.study import MEASURES, METHODS, find_cell
@@ -182,7 +183,7 @@ def plot_leaderboard(
         ours = row["group"] == GROUPS["paper"]
         _draw_row(left, -place, row, COLOURS["charts"] if ours else "0.35")
         if row["ratio"] is not None:
-            _draw_ratio(right, -place, Estimate.read(row, "ratio"))
+            draw_ratio(right, -place, Estimate.read(row, "ratio"))
     left.set_yticks(-np.arange(len(rows)), [r["name"] for r in rows], fontsize=SMALL)
     left.set(xscale="log", ylim=(0.6 - len(rows), 0.6))
     left.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5), numticks=9))
@@ -209,15 +210,6 @@ def _draw_row(axis: Axes, place: float, row: dict[str, Any], colour: str) -> Non
     ticks: Any = {"ls": "", "marker": "|", "ms": 6, "mew": 0.8, "alpha": 0.7}
     axis.plot(row["sets"], [place] * len(row["sets"]), color=colour, **ticks)
     axis.plot(row["mean"], place, color=colour, marker="o", ms=4)
-
-
-def _draw_ratio(axis: Axes, place: float, one: Estimate) -> None:
-    """Draw a ratio, its mark as its sign."""
-    sign = one.verdict
-    marker = "X" if sign == "higher" else "o"
-    fill = "white" if sign == "undecided" else "0.2"
-    axis.plot(one.bounds, (place, place), color="0.55", lw=1)
-    axis.plot(one.value, place, marker=marker, ms=4.5, mfc=fill, mec="0.2", mew=0.8)
 
 
 def standings_table(

@@ -120,18 +120,20 @@ def _draw_residuals(
 
 
 @styled
-def plot_execution(experiment: Experiment) -> Figure:
+def plot_execution(experiment: Experiment, *, scale: str = "log") -> Figure:
     """Draw the execution error over the tasks, as the paper's Figures 4 and 7.
 
     Parameters
     ----------
     experiment : Experiment
         What was trained on what.
+    scale : {"log", "linear"}, default="log"
+        Of the errors; the paper's is linear.
 
     Returns
     -------
     Figure
-        Top the single regression, bottom the charts, on one logarithmic scale; a rug
+        Top the single regression, bottom the charts, on one scale; a rug
         beside each has the errors alone. Mean, standard deviation and median are
         marked, and tasks that met an obstacle.
     """
@@ -146,7 +148,8 @@ def plot_execution(experiment: Experiment) -> Figure:
         rug.hlines(rows["error_cm"], 0, 1, color=COLOURS[method], lw=0.6, alpha=0.6)
         rug.set_axis_off()
     shown = executed.loc[executed["method"].isin(COMPARED), "error_cm"]
-    axes[0, 0].set(yscale="log", ylim=(shown.min() / 1.3, shown.max() * 1.3))
+    low, high = shown.min() / 1.3, shown.max() * 1.3
+    axes[0, 0].set(yscale=scale, ylim=(low if scale == "log" else 0.0, high))
     axes[0, 0].yaxis.set_major_formatter("{x:g}")
     axes[1, 0].set(xticks=range(0, 361, 60), xlim=(-3, 363))
     axes[1, 0].set_xlabel("task angle (degrees)")

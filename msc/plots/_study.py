@@ -34,6 +34,7 @@ def plot_sample_sizes(
     methods: Sequence[str] = PAPER_METHODS,
     design: str = "even",
     verdicts: bool = True,
+    common: bool = True,
 ) -> Figure:
     """Draw errors over the number of training tasks, as the paper's Figure 8.
 
@@ -42,7 +43,7 @@ def plot_sample_sizes(
     *studies : dict
         Results of `msc.study.run_study`, one column of panels each.
     measures : sequence of str, default=("mse, gate learned",)
-        One row of panels each; all panels of a row have the same scale.
+        One row of panels each.
     methods : sequence of str, default=PAPER_METHODS
         The lines.
     design : {"even", "uniform", "nonuniform"}, default="even"
@@ -50,13 +51,16 @@ def plot_sample_sizes(
     verdicts : bool, default=True
         Whether to write, below each panel, whether the charts' error is lower (●),
         higher (✕) or undecided (○) against each other method at each size.
+    common : bool, default=True
+        Whether all panels of a row have the same scale, as in the paper.
 
     Returns
     -------
     Figure
         The drawing; bands reach from the best training set to the worst.
     """
-    figure, axes = _panels(studies, measures, 3.0 * len(measures) + 0.6)
+    height = 3.0 * len(measures) + 0.6
+    figure, axes = _panels(studies, measures, height, common=common)
     for column, study in zip(axes.T, studies, strict=True):
         cells = [cell for cell in study["cells"] if cell["design"] == design]
         for axis, measure in zip(column, measures, strict=True):
@@ -117,10 +121,15 @@ def _grid(
 
 
 def _panels(
-    studies: Sequence[Stored], measures: Sequence[str], height: float
+    studies: Sequence[Stored],
+    measures: Sequence[str],
+    height: float,
+    *,
+    common: bool = True,
 ) -> tuple[Figure, NDArray[Any]]:
     """Lay out one row of panels a measure, on one scale, and one column a study."""
-    figure, axes = _grid(len(measures), len(studies), (3.7 * len(studies), height))
+    size, share = (3.7 * len(studies), height), {"sharey": "row" if common else False}
+    figure, axes = _grid(len(measures), len(studies), size, **share)
     for axis, study in zip(axes[0], studies, strict=True):
         axis.set_title(WORLD_TITLES[study["workspace"]])
     for axis, measure in zip(axes[:, 0], measures, strict=True):

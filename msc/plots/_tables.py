@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 
 from msc.data import load_dataset
 from msc.estimates import Estimate, rounded
@@ -49,15 +50,21 @@ def _write(cell: Any) -> str:
     if isinstance(cell, str):
         return cell
     if isinstance(cell, Estimate):
-        low, high = cell.bounds
-        least = "<0.001" if 0 < low < 0.001 else rounded(low, 2)
-        most = ">1000" if high > 1000 else rounded(high, 2)
-        ratio = f"{SIGNS[cell.verdict]}\N{NBSP}{rounded(cell.value, 2)}"
-        return f"{ratio} [{least},\N{NBSP}{most}]"
+        return write_ratio(cell)
     if isinstance(cell, Mapping):
         timed = (_digits(cell[key]) for key in ("median", "low", "high"))
         return "{} ({}–{})".format(*timed)
     return "–" if np.isnan(cell) else _digits(cell)  # NaN: other rows have a result
+
+
+def write_ratio(one: Estimate) -> str:
+    """Write a ratio, its sign before it and its interval behind it, to two digits."""
+    low, high = one.bounds
+    value, least, most = (f"{float(rounded(x, 2)):g}" for x in (one.value, low, high))
+    least = "<0.001" if 0 < low < 0.001 else least
+    most = ">1000" if high > 1000 else most
+    ratio = f"{SIGNS[one.verdict]}\N{NBSP}{value}"
+    return f"{ratio} [{least},\N{NBSP}{most}]"
 
 
 def _digits(number: float) -> str:
@@ -107,14 +114,14 @@ def comparison_table(*found: Estimate) -> pd.DataFrame:
     return lay_out(columns).set_index(measures)
 
 
-def ratio_table(
+def find_ratios(
     *studies: Stored,
     measures: Sequence[str],
     baselines: Sequence[str] = BASELINES,
     design: str = "even",
     method: str = "charts",
 ) -> pd.DataFrame:
-    """Show the charts' errors over other methods', size by size, with intervals.
+    """Find the charts' errors over other methods', size by size.
 
     Parameters
     ----------
@@ -132,8 +139,8 @@ def ratio_table(
     Returns
     -------
     DataFrame
-        One row a number of training tasks; one column a world, measure and baseline,
-        as "ratio [low, high]" and a sign: ● lower, ✕ higher, ○ undecided.
+        Estimates for `plot_ratios`: one row a number of training tasks; one column a
+        world, measure and baseline, of which what all have in common is left out.
     """
     columns = {
         (WORLD_TITLES[study["workspace"]], MEASURES[measure].label, baseline): (
@@ -143,13 +150,34 @@ def ratio_table(
         for measure in measures
         for baseline in baselines
     }
-    table = lay_out(columns, "training tasks")
+    table = _gather(columns)
     table.columns = table.columns.set_names(["", "", f"{method} over"])
     return _without_same(table)
 
 
-def kernel_table(*studies: Stored, measure: str = "mse, gate learned") -> pd.DataFrame:
-    """Show the charts' errors over the single regression's, by their kernels.
+def ratio_table(*studies: Stored, **wanted: Any) -> pd.DataFrame:
+    """Show the charts' errors over other methods', size by size, with intervals.
+
+    Parameters
+    ----------
+    *studies : dict
+        Results of studies.
+    **wanted
+        As `find_ratios` takes them.
+
+    Returns
+    -------
+    DataFrame
+        The table of `find_ratios`, each ratio as "ratio [low, high]" and a sign: ●
+        lower, ✕ higher, ○ undecided.
+    """
+    return write_ratios(find_ratios(*studies, **wanted))
+
+
+def find_kernel_ratios(
+    *studies: Stored, measure: str = "mse, gate learned"
+) -> pd.DataFrame:
+    """Find the charts' errors over the single regression's, by their kernels.
 
     Parameters
     ----------
@@ -161,9 +189,9 @@ def kernel_table(*studies: Stored, measure: str = "mse, gate learned") -> pd.Dat
     Returns
     -------
     DataFrame
-        One row a number of training tasks, evenly spaced; for each world both with a
-        squared exponential kernel, both with a Matérn kernel, and the former charts
-        over the latter regression; cells as in `ratio_table`.
+        Estimates for `plot_ratios`: one row a number of training tasks, evenly spaced;
+        for each world both with a squared exponential kernel, both with a Matérn
+        kernel, and the former charts over the latter regression.
     """
     pairs = {
         "both smooth": ("charts", "single regression"),
@@ -177,7 +205,47 @@ def kernel_table(*studies: Stored, measure: str = "mse, gate learned") -> pd.Dat
         for study in studies
         for kernels, (method, baseline) in pairs.items()
     }
-    return _without_same(lay_out(columns, "training tasks"))
+    return _without_same(_gather(columns))
+
+
+def kernel_table(*studies: Stored, **wanted: Any) -> pd.DataFrame:
+    """Show the charts' errors over the single regression's, by their kernels.
+
+    Parameters
+    ----------
+    *studies : dict
+        Results of studies.
+    **wanted
+        As `find_kernel_ratios` takes them.
+
+    Returns
+    -------
+    DataFrame
+        The table of `find_kernel_ratios`, cells as in `ratio_table`.
+    """
+    return write_ratios(find_kernel_ratios(*studies, **wanted))
+
+
+def write_ratios(ratios: pd.DataFrame) -> pd.DataFrame:
+    """Write ratios and their intervals in figures.
+
+    Parameters
+    ----------
+    ratios : DataFrame
+        Estimates, as `find_ratios` returns them.
+
+    Returns
+    -------
+    DataFrame
+        Cells as in `ratio_table`; "–" where there is no ratio.
+    """
+    return ratios.map(_write)
+
+
+def _gather(columns: Mapping[Any, Mapping[int, Estimate]]) -> pd.DataFrame:
+    """Put ratios by training tasks beside one another."""
+    whole = {head: pd.Series(column, dtype=object) for head, column in columns.items()}
+    return pd.DataFrame(whole).rename_axis("training tasks")
 
 
 def _without_same(table: pd.DataFrame) -> pd.DataFrame:
@@ -189,19 +257,20 @@ def _without_same(table: pd.DataFrame) -> pd.DataFrame:
 
 def sets_table(
     study: Stored,
-    n_samples: int,
+    chosen: ArrayLike,
     *,
     measures: Sequence[str],
     methods: Sequence[str] = ("charts", "single regression"),
 ) -> pd.DataFrame:
-    """Show where the evenly spaced set that begins at 0° stands among all others.
+    """Show where an evenly spaced training set stands among all others of its size.
 
     Parameters
     ----------
     study : dict
         Results of a study.
-    n_samples : int
-        Number of training tasks.
+    chosen : array_like of int
+        Indices of the set's tasks, ascending, as `msc.study.pick_typical_set` returns
+        them.
     measures : sequence of str
         Which errors.
     methods : sequence of str, default=("charts", "single regression")
@@ -210,22 +279,34 @@ def sets_table(
     Returns
     -------
     DataFrame
-        One row a measure and method: its mean error on the set that the figures draw,
-        its rank among the sets of this size, the lowest first, and the lowest, median
-        and highest error of any.
+        One row a measure and method: its mean error on the set, its rank among the sets
+        of this size, the lowest first, and the lowest, median and highest error of any;
+        of two methods also a row with the ratio of the first's to the second's.
+
+    Raises
+    ------
+    ValueError
+        If the study kept no such set.
     """
-    cell = find_cell(study, "even", n_samples)
+    indices = np.asarray(chosen).tolist()
+    cell = find_cell(study, "even", len(indices))
     tasks, n_draws = load_dataset(study["workspace"])[0], cell["repetitions"]
-    sets = draw_samples("even", tasks, n_samples, n_draws=n_draws, seed=study["seed"])
-    drawn = [chosen[0] for chosen in sets].index(0)
-    rows = {}
+    more: Any = {"n_draws": n_draws, "seed": study["seed"]}
+    sets = [s.tolist() for s in draw_samples("even", tasks, len(indices), **more)]
+    if indices not in sets:
+        raise ValueError(f"chosen={indices}; wanted one of the study's {n_draws} sets")
+    drawn, rows = sets.index(indices), {}
     for measure in measures:
-        for method in methods:
-            errors = pd.Series(cell["measures"][measure][method]["per_repetition"])
-            rank = f"{errors.rank(method='min')[drawn]:.0f} of {n_draws}"
-            told = errors[drawn], *errors.quantile([0, 0.5, 1])
+        found = cell["measures"][measure]
+        errors = {name: pd.Series(found[name]["per_repetition"]) for name in methods}
+        if len(methods) == 2:
+            one, other = methods
+            errors["their ratio"] = errors[one] / errors[other]
+        for name, values in errors.items():
+            rank = f"{values.rank(method='min')[drawn]:.0f} of {n_draws}"
+            told = values[drawn], *values.quantile([0, 0.5, 1])
             first, *bounds = map("{:.3g}".format, told)
-            rows[MEASURES[measure].label, method] = [first, rank, *bounds]
+            rows[MEASURES[measure].label, name] = [first, rank, *bounds]
     names = ["set drawn", "its rank", "lowest", "median", "highest"]
     table = pd.DataFrame.from_dict(rows, orient="index", columns=names)
     table.index = pd.MultiIndex.from_tuples(rows, names=["", "of all sets"])

@@ -7,7 +7,8 @@ one a test task and method, on a *test subset*. A *study* summarises them by des
 n, and divides the charts' means by the other methods'; a *profile* says how much it
 does.
 
-- `draw_samples`, `take_evenly`, `nearest_task`, `task_density`: which tasks
+- `draw_samples`, `take_evenly`, `nearest_task`, `task_density`, `pick_typical_set`:
+  which tasks
 - `METHODS`, `build_method`, `fit_methods`: who is compared
 - `Experiment`, `execute_policies`, `TEST_SUBSETS`: one training set
 - `run_study`, `Study`, `MEASURES`, `find_cell`, `count_ahead`,
@@ -15,7 +16,8 @@ does.
 - `read_trials` and, above it, `rank_methods`, `Ranks`, `critical_difference`: average
   ranks over all of it
 - `run_elbows` and, below it, `read_elbows`, `measure_elbows`, `most_picked`,
-  `choose_criterion`, `compare_gates`, `average_gates`, `compare_clusterers`: the
+  `choose_criterion`, `compare_gates`, `average_gates`, `compare_clusterers`,
+  `find_clusters`: the
   choices inside a skill
 - `measure_savings` and, above it, `time_searches`, `summarise_savings`,
   `break_even`: what predicting saves of searching
@@ -34,6 +36,7 @@ if TYPE_CHECKING:
     from msc.study._choices import (
         choose_criterion,
         compare_clusterers,
+        find_clusters,
         measure_elbows,
         most_picked,
     )
@@ -69,5 +72,6 @@ if TYPE_CHECKING:
         summarise_cell,
     )
     from msc.study._trial import Experiment
+    from msc.study._typical import pick_typical_set
 
 __all__, __getattr__, __dir__ = face(__name__, __file__)

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 from sklearn.cluster import AgglomerativeClustering, KMeans
 from sklearn.metrics import adjusted_rand_score
 
@@ -195,6 +195,43 @@ def compare_clusterers(
     points, at = to_floats("policies", policies), np.asarray(jumps, dtype=int)
     pieces = np.searchsorted(at, np.arange(len(points)))
     rows = {}
+    for way, labels in find_clusters(points, counts, seed=seed).items():
+        borders = np.flatnonzero(np.diff(labels))
+        agreement = adjusted_rand_score(pieces, labels)
+        rows[way] = np.isin(at, borders).sum(), len(borders), agreement
+    columns = [f"of {len(at)} jumps, at a border", "borders", "adjusted Rand index"]
+    table = pd.DataFrame.from_dict(rows, orient="index", columns=columns)
+    table.index = pd.MultiIndex.from_tuples(table.index, names=["charts", "found by"])
+    return table
+
+
+def find_clusters(
+    policies: ArrayLike, counts: Sequence[int] = (4, 6), *, seed: int = 0
+) -> dict[tuple[int, str], NDArray[np.intp]]:
+    """Cluster policies in several ways.
+
+    Parameters
+    ----------
+    policies : array_like of shape (n_tasks, n_params)
+        Policies.
+    counts : sequence of int, default=(4, 6)
+        Numbers of clusters asked for.
+    seed : int, default=0
+        Seed of SMCE and of k-means.
+
+    Returns
+    -------
+    dict of (int, str) to ndarray of shape (n_tasks,)
+        By number and clusterer: the cluster of each policy.
+
+    Examples
+    --------
+    >>> found = find_clusters([[0.0], [0.1], [5.0], [5.1]], [2])
+    >>> found[2, "single linkage"].tolist()
+    [0, 0, 1, 1]
+    """
+    points = to_floats("policies", policies)
+    found = {}
     for count in counts:
         ways: dict[str, Any] = {
             "SMCE": SMCE(count, random_state=seed),
@@ -202,14 +239,8 @@ def compare_clusterers(
             "single linkage": AgglomerativeClustering(count, linkage="single"),
         }
         for name, clusterer in ways.items():
-            labels = clusterer.fit_predict(points)
-            borders = np.flatnonzero(np.diff(labels))
-            agreement = adjusted_rand_score(pieces, labels)
-            rows[count, name] = np.isin(at, borders).sum(), len(borders), agreement
-    columns = [f"of {len(at)} jumps, at a border", "borders", "adjusted Rand index"]
-    table = pd.DataFrame.from_dict(rows, orient="index", columns=columns)
-    table.index = pd.MultiIndex.from_tuples(table.index, names=["charts", "found by"])
-    return table
+            found[count, name] = clusterer.fit_predict(points)
+    return found
 
 
 def _count(findings: Iterable[Mapping[str, Any]]) -> dict[str, int]:

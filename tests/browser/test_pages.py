@@ -12,6 +12,8 @@ from known import is_known
 
 AXE = (Path(axe_playwright_python.__file__).parent / "axe.min.js").read_text("utf-8")
 NARROW = {"width": 375, "height": 800}
+LONGEST = 12_000  # pixels that a page may have, in the wide window
+ENDLESS = {"changelog"}  # it grows, and nobody reads it from top to bottom
 
 # Formulas that are not pictures: nothing drawn, or an error drawn.
 UNSET = """() => Array.from(document.querySelectorAll(".math")).filter(formula => {
@@ -126,6 +128,13 @@ def test_nothing_sticks_out(seen, size):
     out = seen.page.evaluate(STICKING_OUT)
     seen.page.set_viewport_size(WIDE)
     assert not out, listed(f"{seen.name} at {size['width']} px", out)
+
+
+def test_a_page_is_not_too_long(seen):
+    if seen.name in ENDLESS:
+        pytest.skip("may be as long as it likes")
+    height = seen.page.evaluate("document.scrollingElement.scrollHeight")
+    assert height <= LONGEST, f"{seen.name}.html: {height} px; wanted at most {LONGEST}"
 
 
 def test_a_figure_s_page_begins_with_it(seen):
