@@ -71,7 +71,8 @@ serve: $(STAMP) ## show the built book on localhost (PORT=8000)
 
 lab: $(STAMP) ## open the repository in JupyterLab (LAB=--no-browser)
 	@JUPYTER_PATH= JUPYTER_PREFER_ENV_PATH=1 $(BIN) -m jupyterlab \
-		--ServerApp.root_dir=$(call quoted,$(CURDIR)) --LabApp.default_url=/lab/tree/book $(LAB)
+		--ServerApp.root_dir=$(call quoted,$(CURDIR)) --LabApp.default_url=/lab/tree/book \
+		--FileContentsManager.post_save_hook=press._lab.after_save $(LAB)
 
 hooks: $(STAMP) ## check every commit of this clone, and keep outputs out of notebooks
 	@$(BIN) -m pre_commit install
