@@ -16,10 +16,13 @@ def forget_size(os_path: str, **_: Any) -> None:
     What is staged stays as it is. Without git, or outside of it, nothing happens.
     """
     file = Path(os_path)
-    told = {"cwd": file.parent, "capture_output": True, "check": False}
-    listing = ["git", "ls-files", "--stage", "--full-name", "-z", "--", file.name]
+
+    def git(*arguments: str, told: bytes = b"") -> bytes:
+        command = ["git", *arguments]
+        return subprocess.run(
+            command, cwd=file.parent, input=told, capture_output=True, check=False
+        ).stdout
+
     with suppress(FileNotFoundError):
-        entry = subprocess.run(listing, **told).stdout
-        subprocess.run(
-            ["git", "update-index", "-z", "--index-info"], input=entry, **told
-        )
+        entry = git("ls-files", "--stage", "--full-name", "-z", "--", file.name)
+        git("update-index", "-z", "--index-info", told=entry)
