@@ -56,13 +56,14 @@ test-browser: $(STAMP) ## look at the built book in Chromium: every page, slider
 test-slow: $(STAMP) ## run the chapters with a hundred legal settings of parameters
 	@$(ONE_THREAD) $(BIN) -m pytest --numprocesses $(JOBS) tests/slow
 
-lint: $(STAMP) ## check style, types, docstrings, and that notebooks carry no outputs
+lint: $(STAMP) ## check style, types, docstrings, words, and that notebooks carry no outputs
 	@$(BIN) -m ruff check
 	@$(BIN) -m ruff format --check
 	@$(BIN) -m mypy
 	@$(BIN) -m numpydoc lint $$(find msc press -name "*.py")
 	@find book -maxdepth 1 -name '*.ipynb' \
 		-exec $(BIN) -m nbstripout --verify --extra-keys '$(LAB_KEYS)' {} +
+	@$(BIN) -m press._prose book/*.md book/*.ipynb README.md CONTRIBUTING.md
 
 serve: $(STAMP) ## show the built book on localhost (PORT=8000)
 	@test -f $(INDEX) || $(MAKE) --no-print-directory book
@@ -71,7 +72,8 @@ serve: $(STAMP) ## show the built book on localhost (PORT=8000)
 
 lab: $(STAMP) ## open the repository in JupyterLab (LAB=--no-browser)
 	@JUPYTER_PATH= JUPYTER_PREFER_ENV_PATH=1 $(BIN) -m jupyterlab \
-		--ServerApp.root_dir=$(call quoted,$(CURDIR)) --LabApp.default_url=/lab/tree/book $(LAB)
+		--ServerApp.root_dir=$(call quoted,$(CURDIR)) --LabApp.default_url=/lab/tree/book \
+		--FileContentsManager.post_save_hook=press._lab.forget_size $(LAB)
 
 hooks: $(STAMP) ## check every commit of this clone, and keep outputs out of notebooks
 	@$(BIN) -m pre_commit install

@@ -78,7 +78,7 @@ QUICK = Effort(
     fits=(12, 361),
     most={"others": 12, "across jumps": 12},
     predicted=100,
-    search=SearchOptions(max_evaluations=45, max_sweeps=0),
+    search=SearchOptions(max_evaluations=27, max_sweeps=0),
 )
 
 

@@ -9,8 +9,9 @@ command line.
 What a chapter itself calls
     `check_parameters`, `expect`
 The book
-    `build_book`, `build_twice`, `release_book`, `print_book`, `pages`, `page_titles`,
-    `Subject`, `BookError`; on the command line `python -m press.cli`
+    `build_book`, `changed_chapters`, `build_twice`, `release_book`, `print_book`,
+    `pages`, `page_titles`, `Subject`, `BookError`; on the command line
+    `python -m press.cli`
 What a program is made of
     `make_parser`, `run_command`, `tell_options`, `BOOK_COMMANDS`, `Commands`,
     `add_jobs`, `add_profile`, `add_seed`, `check_output`
@@ -26,7 +27,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from press._book import build_book, page_titles, pages
+    from press._book import build_book, changed_chapters, page_titles, pages
     from press._chapters import BookError
     from press._files import (
         checksum,

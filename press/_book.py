@@ -25,7 +25,14 @@ from typing import Any
 
 import yaml
 
-from press._chapters import BookError, Chapter, run_chapters, run_tool
+from press._chapters import (
+    BookError,
+    Chapter,
+    ChapterError,
+    find_changed,
+    run_chapters,
+    run_tool,
+)
 from press._edition import (
     DOWNLOADS,
     source_address,
@@ -33,6 +40,7 @@ from press._edition import (
     write_edition,
 )
 from press._files import locked
+from press._junit import write_report
 from press._markup import plain
 from press._notebook import (
     complaints,
@@ -80,6 +88,7 @@ def build_book(
     root: Path | None = None,
     subject: Subject | None = None,
     say: Callable[[str], object] | None = None,
+    junit: Path | None = None,
 ) -> Path:
     """Execute the chapters that changed and render the book.
 
@@ -95,6 +104,9 @@ def build_book(
         What the book is about; without, it is made of the repository alone.
     say : callable, optional
         Is told in a line which chapter is executed, and why.
+    junit : Path, optional
+        Where to report of each chapter, in JUnit's XML. Then all chapters are executed,
+        though some may fail.
 
     Returns
     -------
@@ -117,21 +129,18 @@ def build_book(
     The book's bytes depend on nothing but the repository, with one exception: the file
     `_static/seconds.js` holds the seconds that each chapter took.
     """
-    if profile not in PROFILE_NAMES:
-        raise ValueError(f"profile={profile!r}; wanted one of {PROFILE_NAMES}")
     root, subject = (root or Path.cwd()).resolve(), subject or Subject()
+    given = _given(root, profile)
     build = root / "_build"
-    given = {
-        page: {"profile": profile}
-        if "profile" in parameters(read_notebook(page))
-        else {}
-        for page in _notebooks(root)
-    }
     build.mkdir(exist_ok=True)
     with locked(build, IN_USE.format(build)):
-        cache = build / "cache"
-        executed = run_chapters(given, root=root, cache=cache, jobs=jobs, say=say)
-        _refuse_unfit(executed)
+        failed: list[ChapterError] | None = [] if junit else None
+        executed = run_chapters(
+            given, root=root, cache=build / "cache", jobs=jobs, say=say, failed=failed
+        )
+        if junit:
+            write_report(executed, failed or [], junit)
+        _refuse_unfit(executed, failed or [])
         pictures = {one.name: find_pictures(one.name, one.notebook) for one in executed}
         chapters = [
             replace(one, notebook=without_lines(one.notebook)) for one in executed
@@ -144,6 +153,36 @@ def build_book(
         shutil.rmtree(html, ignore_errors=True)
         rendered.rename(html)
         return html / "index.html"
+
+
+def changed_chapters(
+    *, profile: str = "quick", root: Path | None = None
+) -> dict[str, str]:
+    """Say which chapters `build_book` would execute, and why; execute none.
+
+    Parameters
+    ----------
+    profile : {"quick", "full"}, default "quick"
+        How much the chapters compute.
+    root : Path, optional
+        The repository; the working directory by default. Nothing is written there.
+
+    Returns
+    -------
+    dict of str to str
+        By chapter, in the order of the book, the reasons in one line.
+
+    Raises
+    ------
+    ValueError
+        If `profile` makes no sense.
+    FileNotFoundError
+        If `root` holds no book, or the book lacks a page of its table of contents.
+    """
+    root = (root or Path.cwd()).resolve()
+    return find_changed(
+        _given(root, profile), root=root, cache=root / "_build" / "cache"
+    )
 
 
 def pages(root: Path) -> list[Path]:
@@ -211,6 +250,18 @@ def _notebooks(root: Path) -> list[Path]:
     return [page for page in pages(root) if page.suffix == ".ipynb"]
 
 
+def _given(root: Path, profile: str) -> dict[Path, dict[str, str]]:
+    """Return the chapters, each with the profile if it declares that."""
+    if profile not in PROFILE_NAMES:
+        raise ValueError(f"profile={profile!r}; wanted one of {PROFILE_NAMES}")
+    return {
+        page: {"profile": profile}
+        if "profile" in parameters(read_notebook(page))
+        else {}
+        for page in _notebooks(root)
+    }
+
+
 def page_names(toc: Any) -> list[str]:
     """List the pages named anywhere in a table of contents, in order.
 
@@ -251,9 +302,10 @@ def substitutions(root: Path) -> dict[str, Any]:
     return flat
 
 
-def _refuse_unfit(chapters: Sequence[Chapter]) -> None:
-    """Refuse runs that wrote to stderr or show that a claim fails, all at once."""
-    said = [
+def _refuse_unfit(chapters: Sequence[Chapter], failed: Sequence[ChapterError]) -> None:
+    """Refuse runs that failed, wrote to stderr or contradict a claim, all at once."""
+    said = [str(error) for error in failed]
+    said += [
         f"{one.name}, {words}"
         for one in chapters
         for words in (*complaints(one.notebook), unmet(one.notebook))

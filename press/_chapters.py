@@ -30,7 +30,7 @@ from contextlib import suppress
 from dataclasses import asdict, dataclass
 from importlib import metadata
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import yaml
 from tqdm import tqdm
@@ -86,6 +86,15 @@ class BookError(RuntimeError):
     """A chapter failed, or the book did not render."""
 
 
+class ChapterError(BookError):
+    """A chapter failed: which, after how many seconds, and how far it came."""
+
+    def __init__(self, name: str, words: str, seconds: float, run: Notebook | None):
+        super().__init__(f"{name}, {words}")
+        self.name, self.words = name, words
+        self.seconds, self.run = seconds, run  # no run: it did not even begin
+
+
 @dataclass(frozen=True)
 class Record:
     """What a run depended on, and how long it took."""
@@ -126,6 +135,7 @@ class Chapter:
     notebook: Notebook  # current text and code, with the outputs of the run
     record: Record  # of that run
     parameters: dict[str, Any]  # the values it was given; others are as declared
+    reasons: str = ""  # why it was executed; none if an earlier run holds
 
 
 def run_chapters(
@@ -135,12 +145,14 @@ def run_chapters(
     cache: Path,
     jobs: int = 2,
     say: Callable[[str], object] | None = None,
+    failed: list[ChapterError] | None = None,
 ) -> list[Chapter]:
     """Return chapters with their outputs, executing those whose runs hold no longer.
 
     Each is given values of some of its parameters; all are checked before any chapter
     is executed. A cell that fails, or shows no picture though it has alternative text
-    for one, is a BookError; what has finished by then stays in the cache.
+    for one, is a ChapterError; what has finished by then stays in the cache. With a
+    list of those that `failed`, they are added to it, and the others go on.
     """
     if jobs < 1:
         raise ValueError(f"jobs={jobs}; wanted at least 1")
@@ -155,12 +167,30 @@ def run_chapters(
         ]
         try:
             for future in as_completed(futures):
-                future.result()
+                if failed is None or not isinstance(future.exception(), ChapterError):
+                    future.result()
                 progress.update()
         except BaseException:
             pool.shutdown(wait=False, cancel_futures=True)
             raise
-    return [future.result() for future in futures]
+    errors = [future.exception() for future in futures]
+    if failed is not None:
+        failed += [error for error in errors if isinstance(error, ChapterError)]
+    return [
+        one.result() for one, error in zip(futures, errors, strict=True) if not error
+    ]
+
+
+def find_changed(
+    given: Mapping[Path, Mapping[str, Any]], *, root: Path, cache: Path
+) -> dict[str, str]:
+    """Say which chapters `run_chapters` would execute, and why; execute none."""
+    checked = {path: read_chapter(path, values) for path, values in given.items()}
+    reasons = {
+        path.stem: _kept(path, *chapter, root=root, cache=cache).reasons
+        for path, chapter in checked.items()
+    }
+    return {name: words for name, words in reasons.items() if words}
 
 
 def read_chapter(
@@ -184,26 +214,45 @@ def _run(
     say: Callable[[str], object] | None,
 ) -> Chapter:
     """Return one chapter with its outputs, from the cache if nothing has changed."""
-    code = _sha256([_essence(cell) for cell in code_cells(chapter)])
-    kept = cache / f"{path.stem}-{_sha256(given)[:8]}.ipynb"
-    run = read_notebook(kept) if kept.exists() else None
-    record = read_record(run["metadata"].get("record", {})) if run else None
-    if record is None:
-        named = ", ".join(f"{name}={value!r}" for name, value in given.items())
-        reasons = ["never executed" + (f" with {named}" if named else "")]
-    else:
-        reasons = record.changes(code, root)
-    if run is None or record is None or reasons:
+    kept = _kept(path, chapter, given, root=root, cache=cache)
+    run, record = kept.run, kept.record
+    if run is None or record is None or kept.reasons:
         if say:
-            say(f"{path.stem}: {'; '.join(reasons)}")
-        run, record = _execute(path, given, root=root, cache=cache, code=code)
+            say(f"{path.stem}: {kept.reasons}")
+        run, record = _execute(path, given, root=root, cache=cache, code=kept.code)
         run["metadata"]["record"] = asdict(record)
         if not complaints(run):
-            write_notebook(run, kept)
+            write_notebook(run, kept.file)
     done = with_outputs(chapter, run)
     if cell := without_picture(done):
-        raise BookError(f"{path.stem}, {cell}: it has alternative text, but no picture")
-    return Chapter(path.stem, done, record, given)
+        words = f"{cell}: it has alternative text, but no picture"
+        raise ChapterError(path.stem, words, record.seconds, done)
+    return Chapter(path.stem, done, record, given, kept.reasons)
+
+
+class _Kept(NamedTuple):
+    """What is kept of a chapter, and why that does not hold."""
+
+    file: Path
+    code: str  # digest of the chapter's code cells as they are now
+    run: Notebook | None
+    record: Record | None
+    reasons: str
+
+
+def _kept(
+    path: Path, chapter: Notebook, given: Mapping[str, Any], *, root: Path, cache: Path
+) -> _Kept:
+    """Look up a chapter's last run with these parameters."""
+    code = _sha256([_essence(cell) for cell in code_cells(chapter)])
+    file = cache / f"{path.stem}-{_sha256(given)[:8]}.ipynb"
+    run = read_notebook(file) if file.exists() else None
+    record = read_record(run["metadata"].get("record", {})) if run else None
+    if record:
+        return _Kept(file, code, run, record, "; ".join(record.changes(code, root)))
+    named = ", ".join(f"{name}={value!r}" for name, value in given.items())
+    never = "never executed" + (f" with {named}" if named else "")
+    return _Kept(file, code, run, record, never)
 
 
 def _execute(
@@ -235,14 +284,15 @@ def _execute(
             JUPYTER_PATH=folder,
             IPYTHONDIR=folder,
         )
+        seconds = round(time.perf_counter() - start, 2)
         if result.returncode == 0:
-            seconds = round(time.perf_counter() - start, 2)
             return read_notebook(output), Record(
                 code, *read_log(log, root), environment=chosen(), seconds=seconds
             )
-        told = failure(read_notebook(output)) if output.exists() else ""
+        run = read_notebook(output) if output.exists() else None
         last_words = (result.stderr.strip() or "papermill failed").splitlines()[-1]
-        raise BookError(f"{path.stem}, {told or last_words}")
+        words = (run and failure(run)) or last_words
+        raise ChapterError(path.stem, words, seconds, run)
 
 
 def _literal(path: Path) -> str:

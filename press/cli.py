@@ -279,11 +279,41 @@ def _add_building(commands: Commands) -> None:
         if name in ("book", "twice"):
             add_profile(parser)
             add_jobs(parser, "chapters at a time")
+        if name == "book":
+            parser.add_argument(
+                "--changed",
+                action="store_true",
+                help="execute nothing; print a line for each chapter that would be, "
+                "its name, a colon, and why",
+            )
+            parser.add_argument(
+                "--junit",
+                type=Path,
+                metavar="FILE",
+                help="report of each chapter in a .xml file, as JUnit does; all are "
+                "executed then, though some may fail",
+            )
 
 
 def _run_book(options: argparse.Namespace) -> None:
     """Build the book; print which chapters are executed, why, and the index page."""
-    print(f"The book: {press.build_book(**_building(options))}")
+    if options.changed:
+        _tell_changed(options)
+        return
+    if options.junit:
+        check_output(options.junit, ".xml")
+    print(f"The book: {press.build_book(**_building(options), junit=options.junit)}")
+
+
+def _tell_changed(options: argparse.Namespace) -> None:
+    """Print which chapters would be executed, and why."""
+    if options.junit:
+        raise ValueError("--changed executes nothing that --junit could report of")
+    changed = press.changed_chapters(profile=options.profile, root=Path.cwd())
+    for name, reasons in changed.items():
+        print(f"{name}: {reasons}")
+    if not changed:
+        print("no chapter has to be executed", file=sys.stderr)  # stdout stays empty
 
 
 def _run_release(_: argparse.Namespace) -> None:

@@ -21,7 +21,7 @@ from msc.cli import main
 from msc.search._journal import Journal
 
 SEARCH = ["search", "--workspace", "obstacles", "--tasks", "4", "--jobs", "1"]
-SEARCH += ["--set", "max_evaluations=45", "--set", "max_sweeps=2"]
+SEARCH += ["--set", "max_evaluations=18", "--set", "max_sweeps=2"]
 N_WORKERS = 3
 README = Path(__file__).parents[1] / "README.md"
 

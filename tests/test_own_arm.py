@@ -6,6 +6,7 @@ import pandas as pd
 import pytest
 
 from msc.cli import main
+from msc.skills import METHODS
 
 MINE = """
 name = "mine"
@@ -28,8 +29,10 @@ radius = 5
 
 @pytest.fixture(scope="module")
 def road(tmp_path_factory):
-    """Search a few tasks, fit, predict one, and draw it."""
+    """Search a few tasks, fit by two methods, predict, and draw one."""
     with pytest.MonkeyPatch.context() as patch:
+        two = {name: METHODS[name] for name in ("mean policy", "nearest neighbour")}
+        patch.setattr("msc.skills._fit.METHODS", two)
         patch.chdir(folder := tmp_path_factory.mktemp("mine"))
         (folder / "mine.toml").write_text(MINE, "utf-8")
         new = pd.DataFrame({"task_deg": [100.0, 200.0], "radius_m": [0.35, 0.32]})

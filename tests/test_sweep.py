@@ -26,7 +26,7 @@ plan = SweepPlan(Workspace.free(), grid(4), seed=0, n_starts=1)
 # searched first.
 short = SearchOptions(max_evaluations=9, max_sweeps=1, coarse_deg=180.0)
 twofold = replace(plan, n_starts=2, options=short)
-BRIEF = ["--set", "max_evaluations=45", "--set", "max_sweeps=2"]
+BRIEF = ["--set", "max_evaluations=18", "--set", "max_sweeps=2"]
 
 
 @pytest.fixture(scope="module")
