@@ -73,7 +73,8 @@ class Switch:
         group = f"switch-{together.hexdigest()[:8]}"
         buttons = "".join(
             f'<label><input type="radio" name="{group}"'
-            f'{" checked" * (number == 0)} autocomplete="off"> {html.escape(label)}</label>'
+            f'{" checked" * (number == 0)} autocomplete="off"> '
+            f"{html.escape(label)}</label>"
             for number, label in enumerate(pictures)
         )
         views = "".join(
