@@ -137,7 +137,7 @@ def with_outputs(chapter: Notebook, run: Notebook) -> Notebook:
     for cell in chapter["cells"]:
         if cell["cell_type"] == "code":
             done = next(runs)
-            outputs = [_without_empty_headers(output) for output in done["outputs"]]
+            outputs = [_readable_tables(output) for output in done["outputs"]]
             count = done["execution_count"]
             cells.append(cell | {"outputs": outputs, "execution_count": count})
         else:
@@ -191,17 +191,20 @@ def _named(run: Notebook) -> Iterator[tuple[str, NotebookCell]]:
         yield f"code cell {number} ({first_line})", cell
 
 
-def _without_empty_headers(output: dict[str, Any]) -> dict[str, Any]:
-    """Give tables of pandas one row of heads where it writes two, half empty each.
+def _readable_tables(output: dict[str, Any]) -> dict[str, Any]:
+    """Give tables of pandas one row of heads where it writes two, and yes and no.
 
     Names of what stands in a row's head have a row of their own, below the columns';
     they move into the corner above. Whatever heads are empty then are plain cells.
+    Truth is told in words.
     """
     data = output.get("data", {})
     if "text/html" not in data:
         return output
     html = _HEAD_ROWS.sub(_join_heads, "".join(data["text/html"]))
     html = re.sub(r"<th\b([^>]*)></th>", r"<td\1></td>", html)
+    html = html.replace("<td>True</td>", "<td>yes</td>")
+    html = html.replace("<td>False</td>", "<td>no</td>")
     return output | {"data": data | {"text/html": html}}
 
 

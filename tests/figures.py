@@ -77,6 +77,7 @@ from msc.plots import (
     plot_workspaces,
     slide_charts,
     slide_execution,
+    slide_experiments,
     slide_generations,
     slide_path,
     slide_policies,
@@ -330,6 +331,9 @@ FIGURES = {
     plot_breaks: lambda: plot_breaks(few_movements(), [(0, 1)] * 6),
     slide_predictions: predictions,
     slide_execution: lambda: slide_execution(experiment(), every=60).poster,
+    slide_experiments: lambda: (
+        slide_experiments({24: experiment()}, "training tasks", first=24).poster
+    ),
     plot_benchmark: lambda: plot_benchmark(load_benchmark()),
     plot_fits: lambda: plot_fits(load_benchmark()),
     plot_composition: composition,

@@ -24,15 +24,11 @@ def bundle():
 
 def test_each_picture_has_a_button_and_words_in_its_place(bundle):
     page = bundle["text/html"]
-    assert re.findall("<label[^>]*>(.*?)</label>", page) == [
-        "one &lt;each&gt;",
-        "common",
-    ]
+    buttons = re.findall("<label><input[^>]*> (.*?)</label>", page)
+    assert buttons == ["one &lt;each&gt;", "common"]
     alts = re.findall('alt="(.*?)"', page)
     assert alts[1] == "Two errors. scale: common."
     assert len(re.findall(" checked", page)) == 1
-    buttons = re.findall(r'id="([\w-]+)"', page)
-    assert buttons == re.findall(r'for="([\w-]+)"', page)
     assert page.index("</label><div>") > page.rindex("<input")
 
 

@@ -25,8 +25,8 @@ above, tasks in degrees.
   charts, and how many
 - `Switch`: a figure drawn in more ways than one
 - `plot_manifold`, `plot_execution`, `plot_composition`, `plot_rivals`,
-  `slide_execution`, `slide_predictions`, `drag_goal`, `WEIGHT_NAMES`: skills, and what
-  they predict
+  `slide_execution`, `slide_experiments`, `slide_predictions`, `drag_goal`,
+  `WEIGHT_NAMES`: skills, and what they predict
 - `plot_sample_sizes`, `plot_sweep`, `plot_ratios`, `find_ratios`,
   `find_kernel_ratios`, `write_ratios`, `plot_comparisons`, `comparison_table`,
   `ratio_table`, `kernel_table`, `sets_table`, `ahead_table`, `gate_shares`,
@@ -74,6 +74,7 @@ if TYPE_CHECKING:
         plot_coverage,
         plot_other_coverage,
     )
+    from msc.plots._drag import slide_experiments
     from msc.plots._engines import plot_engines, plot_finer_steps
     from msc.plots._film import check_suffix, film, render, side_by_side
     from msc.plots._graph import (

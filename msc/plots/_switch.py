@@ -72,9 +72,9 @@ class Switch:
         together = hashlib.sha256("".join(pictures.values()).encode())
         group = f"switch-{together.hexdigest()[:8]}"
         buttons = "".join(
-            f'<input type="radio" name="{group}" id="{group}-{number}"'
-            f'{" checked" * (number == 0)} autocomplete="off">'
-            f'<label for="{group}-{number}">{html.escape(label)}</label>'
+            f'<label><input type="radio" name="{group}"'
+            f'{" checked" * (number == 0)} autocomplete="off"> '
+            f"{html.escape(label)}</label>"
             for number, label in enumerate(pictures)
         )
         views = "".join(

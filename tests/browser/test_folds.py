@@ -19,7 +19,7 @@ def test_claims_are_folded_until_one_is_linked_to(visit):
         assert opened(page, folds) == 2
 
 
-@pytest.mark.parametrize("anchor", ["msc.learn.SMCE", "msc.learn.SMCE.fit"])
+@pytest.mark.parametrize("anchor", ["msc.SMCE", "msc.SMCE.fit"])
 def test_a_link_to_a_name_of_the_package_opens_it(visit, anchor):
     with visit("api_learn") as seen:
         page, folds = seen.page, ".msc-fold"
