@@ -145,9 +145,9 @@ def _tell_doubt(held_out: Mapping[str, Any]) -> list[str]:
     if band is None:
         return []
     return [
-        f"bands of 90 % held {band['held']:.0%} in blocks left out; of the "
-        f"{flag['n_worst']} worst blocks {flag['n_caught']} were flagged as doubtful, "
-        f"of all {flag['n_blocks']} blocks {flag['n_flagged']}"
+        f"bands of 90 % held {band['held']:.0%} in blocks left out; doubtful were "
+        f"{flag['n_flagged']} of {flag['n_blocks']} blocks, and of the worst tenth "
+        f"{flag['n_caught']} of {flag['n_worst']}"
     ]
 
 
