@@ -417,3 +417,35 @@ def test_nothing_is_left_of_a_fit_that_cannot_be_written(fit, here, monkeypatch)
     with pytest.raises(OSError, match="full"):
         save_fit(fit, here / "out")
     assert not [*here.iterdir()]
+
+
+def curved(n_tasks=140, seed=20_260_711):
+    """Draw tasks of 0 to 2000 mm/s and 0.1 to 0.9 kg, crowded where both are small.
+
+    A curved break, noise of a fiftieth of the spread, and thirty tasks solved twice.
+    """
+    rng = np.random.default_rng(seed)
+    speed, load = rng.beta(1, 2, (2, n_tasks)) * [[2000], [0.8]] + [[0], [0.1]]
+    again = rng.choice(n_tasks, 30, replace=False)
+    speed, load = np.r_[speed, speed[again]], np.r_[load, load[again]]
+    above = load > edge(speed)
+    u = speed / 2000
+    grip = 40 * np.cos(2 * u) + 60 * above + rng.normal(0, 0.8, len(u))
+    lean = np.sin(3 * load) - 0.8 * above + rng.normal(0, 0.02, len(u))
+    return pd.DataFrame({"speed": speed, "load": load, "grip": grip, "lean": lean})
+
+
+def edge(speed):
+    """Return the load, in kg, where another behaviour sets in."""
+    return 0.25 + 0.5 * (speed / 2000) ** 2
+
+
+def test_a_curved_break_of_two_columns_is_found():
+    table = as_table(curved(), ("speed", "load"))
+    card = fit_table(table, methods=["nearest neighbour"]).card
+    assert card["table"]["n_repeated_tasks"] == 30
+    jumps = card["jumps"]
+    pairs = np.array(jumps["widest_jumps"])
+    sides = pairs[..., 1] > edge(pairs[..., 0])
+    assert jumps["n_jumps"] >= 15
+    assert (sides[:, 0] != sides[:, 1]).all(), "all lead over the break"
