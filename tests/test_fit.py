@@ -361,6 +361,7 @@ def test_parquet_asks_for_its_engine(here, monkeypatch, capsys):
     Path("t.parquet").write_bytes(b"PAR1")
     assert run_fit(*COLUMNS, table="t.parquet") == 2
     assert "pip install pyarrow" in capsys.readouterr().err
+    assert sorted(path.name for path in here.iterdir()) == ["t.parquet"]
 
 
 @pytest.mark.parametrize(
@@ -378,6 +379,31 @@ def test_other_ways_to_write_a_table_are_read_and_told(options, encoding, note, 
     assert any(note in one for one in table.notes)
     found = pd.concat([table.tasks, table.policies], axis=1)
     pd.testing.assert_frame_equal(found, GOOD, rtol=1e-15)
+
+
+@pytest.mark.usefixtures("quickly")
+def test_what_is_amiss_leaves_an_earlier_fit(here, capsys):
+    GOOD.to_csv("t.csv", index=False)
+    assert run_fit(*COLUMNS) == 0
+    before = {path.name: path.read_bytes() for path in (here / "out").iterdir()}
+    put("push", 4, "left").to_csv("t.csv", index=False)
+    assert run_fit(*COLUMNS, "--force") == 2
+    assert "'push' of t.csv is 'left' in row 5" in capsys.readouterr().err
+    after = {path.name: path.read_bytes() for path in (here / "out").iterdir()}
+    assert after == before
+    assert sorted(path.name for path in here.iterdir()) == ["out", "t.csv"]
+
+
+@pytest.mark.usefixtures("quickly")
+def test_a_task_solved_by_different_policies_counts_as_replicates(here, capsys):
+    twice = pd.concat([GOOD, GOOD.assign(push=-GOOD["push"])])
+    twice.to_csv("t.csv", index=False)
+    assert run_fit(*COLUMNS) == 0
+    said = capsys.readouterr().out
+    assert "30 tasks come more than once, in 60 rows: all are kept" in said
+    card = json.loads((here / "out" / "card.json").read_text("utf-8"))["table"]
+    counted = [card[f"n_{one}"] for one in ("rows", "tasks", "replicates")]
+    assert counted == [60, 30, 60]
 
 
 @pytest.mark.usefixtures("quickly")

@@ -277,7 +277,7 @@ def test_files_that_are_no_skills(make, words, tmp_path, monkeypatch, capsys):
     assert main(["predict", "a.skops", "new.csv", "--out", "out.csv"]) == 2
     *_, said = capsys.readouterr().err.splitlines()
     assert "a.skops" in said
-    assert not Path("out.csv").exists()
+    assert sorted(path.name for path in Path().iterdir()) == ["a.skops", "new.csv"]
 
 
 def test_skops_is_an_extra(skills, tmp_path, monkeypatch, capsys):
@@ -322,6 +322,11 @@ def here(in_degrees, tmp_path, monkeypatch, skills):
     rows = NEW.assign(mass=NEW["mass"].where(NEW.index != 3, 9.0), note="x")
     rows[["note", "mass", "angle"]].to_csv("new.csv", index=False)
     return rows[["angle", "mass"]]
+
+
+def contents():
+    """Return all files here, to the byte."""
+    return {path.name: path.read_bytes() for path in Path().iterdir()}
 
 
 def predict(*words):
@@ -378,9 +383,10 @@ def test_awkward_names_are_quoted(here):
     ],
 )
 def test_other_units_are_refused(words, said, here, capsys):
+    before = contents()
     assert predict("charts.skops", "new.csv", "--units", *words) == 2
     assert said in capsys.readouterr().err
-    assert not Path("out.csv").exists()
+    assert contents() == before
 
 
 @pytest.mark.parametrize(
@@ -394,7 +400,9 @@ def test_other_units_are_refused(words, said, here, capsys):
 )
 def test_bad_new_tasks(frame, said, here, capsys):
     frame.to_csv("new.csv", index=False)
+    Path("out.csv").write_text("kept", encoding="utf-8")
+    before = contents()
     assert predict("near.skops", "new.csv") == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert said in line
-    assert not Path("out.csv").exists()
+    assert contents() == before
