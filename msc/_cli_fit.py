@@ -153,6 +153,12 @@ def _run_predict(options: argparse.Namespace) -> None:
             "the range of the training tasks, see the column 'outside'",
             file=sys.stderr,
         )
+    if found["n_doubtful"]:
+        print(
+            f"msc: {found['n_doubtful']:,} of {found['n_tasks']:,} tasks lie where "
+            "neighbours' policies are far apart, see the column 'doubtful'",
+            file=sys.stderr,
+        )
     print(f"{out}: {found['n_tasks']:,} tasks, by {skill.method}")
 
 

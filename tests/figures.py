@@ -280,7 +280,8 @@ def column():
 def plane():
     points = np.random.default_rng(0).uniform(size=(30, 2))
     names = "mass (kg)", "the angle at which it is held (deg)"
-    return plot_plane(points, names=names, title="push", values=points.sum(axis=1))
+    look = {"values": points.sum(axis=1), "jumps": points[:4].reshape(2, 2, 2)}
+    return plot_plane(points, names=names, title="push", **look)
 
 
 def learners_of_tables():

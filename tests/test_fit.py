@@ -361,6 +361,7 @@ def test_parquet_asks_for_its_engine(here, monkeypatch, capsys):
     Path("t.parquet").write_bytes(b"PAR1")
     assert run_fit(*COLUMNS, table="t.parquet") == 2
     assert "pip install pyarrow" in capsys.readouterr().err
+    assert sorted(path.name for path in here.iterdir()) == ["t.parquet"]
 
 
 @pytest.mark.parametrize(
@@ -378,6 +379,31 @@ def test_other_ways_to_write_a_table_are_read_and_told(options, encoding, note, 
     assert any(note in one for one in table.notes)
     found = pd.concat([table.tasks, table.policies], axis=1)
     pd.testing.assert_frame_equal(found, GOOD, rtol=1e-15)
+
+
+@pytest.mark.usefixtures("quickly")
+def test_what_is_amiss_leaves_an_earlier_fit(here, capsys):
+    GOOD.to_csv("t.csv", index=False)
+    assert run_fit(*COLUMNS) == 0
+    before = {path.name: path.read_bytes() for path in (here / "out").iterdir()}
+    put("push", 4, "left").to_csv("t.csv", index=False)
+    assert run_fit(*COLUMNS, "--force") == 2
+    assert "'push' of t.csv is 'left' in row 5" in capsys.readouterr().err
+    after = {path.name: path.read_bytes() for path in (here / "out").iterdir()}
+    assert after == before
+    assert sorted(path.name for path in here.iterdir()) == ["out", "t.csv"]
+
+
+@pytest.mark.usefixtures("quickly")
+def test_a_task_solved_by_different_policies_counts_as_replicates(here, capsys):
+    twice = pd.concat([GOOD, GOOD.assign(push=-GOOD["push"])])
+    twice.to_csv("t.csv", index=False)
+    assert run_fit(*COLUMNS) == 0
+    said = capsys.readouterr().out
+    assert "30 tasks come more than once, in 60 rows: all are kept" in said
+    card = json.loads((here / "out" / "card.json").read_text("utf-8"))["table"]
+    counted = [card[f"n_{one}"] for one in ("rows", "tasks", "replicates")]
+    assert counted == [60, 30, 60]
 
 
 @pytest.mark.usefixtures("quickly")
@@ -417,3 +443,35 @@ def test_nothing_is_left_of_a_fit_that_cannot_be_written(fit, here, monkeypatch)
     with pytest.raises(OSError, match="full"):
         save_fit(fit, here / "out")
     assert not [*here.iterdir()]
+
+
+def curved(n_tasks=140, seed=20_260_711):
+    """Draw tasks of 0 to 2000 mm/s and 0.1 to 0.9 kg, crowded where both are small.
+
+    A curved break, noise of a fiftieth of the spread, and thirty tasks solved twice.
+    """
+    rng = np.random.default_rng(seed)
+    speed, load = rng.beta(1, 2, (2, n_tasks)) * [[2000], [0.8]] + [[0], [0.1]]
+    again = rng.choice(n_tasks, 30, replace=False)
+    speed, load = np.r_[speed, speed[again]], np.r_[load, load[again]]
+    above = load > edge(speed)
+    u = speed / 2000
+    grip = 40 * np.cos(2 * u) + 60 * above + rng.normal(0, 0.8, len(u))
+    lean = np.sin(3 * load) - 0.8 * above + rng.normal(0, 0.02, len(u))
+    return pd.DataFrame({"speed": speed, "load": load, "grip": grip, "lean": lean})
+
+
+def edge(speed):
+    """Return the load, in kg, where another behaviour sets in."""
+    return 0.25 + 0.5 * (speed / 2000) ** 2
+
+
+def test_a_curved_break_of_two_columns_is_found():
+    table = as_table(curved(), ("speed", "load"))
+    card = fit_table(table, methods=["nearest neighbour"]).card
+    assert card["table"]["n_repeated_tasks"] == 30
+    jumps = card["jumps"]
+    pairs = np.array(jumps["widest_jumps"])
+    sides = pairs[..., 1] > edge(pairs[..., 0])
+    assert jumps["n_jumps"] >= 15
+    assert (sides[:, 0] != sides[:, 1]).all(), "all lead over the break"

@@ -20,6 +20,7 @@ from sklearn.utils.estimator_checks import parametrize_with_checks
 import msc.skills._saved
 from msc.cli import main
 from msc.skills import METHODS, TableSkill, load_skill, save_skill
+from msc.skills._bands import Doubt
 from msc.skills._saved import TRUSTED, skill_bytes
 
 PERIODS = {"angle": 360.0}
@@ -215,7 +216,7 @@ def test_equal_skills_have_equal_files():
 
 
 def test_no_more_is_trusted_than_skills_are_made_of(skills):
-    used = set()
+    used = {*skops.io.get_untrusted_types(data=skops.io.dumps(Doubt().fit(NEW, NEW)))}
     for skill in skills.values():
         used |= {*skops.io.get_untrusted_types(data=skops.io.dumps(skill))}
     assert used == {*TRUSTED}
@@ -276,7 +277,7 @@ def test_files_that_are_no_skills(make, words, tmp_path, monkeypatch, capsys):
     assert main(["predict", "a.skops", "new.csv", "--out", "out.csv"]) == 2
     *_, said = capsys.readouterr().err.splitlines()
     assert "a.skops" in said
-    assert not Path("out.csv").exists()
+    assert sorted(path.name for path in Path().iterdir()) == ["a.skops", "new.csv"]
 
 
 def test_skops_is_an_extra(skills, tmp_path, monkeypatch, capsys):
@@ -323,6 +324,11 @@ def here(in_degrees, tmp_path, monkeypatch, skills):
     return rows[["angle", "mass"]]
 
 
+def contents():
+    """Return all files here, to the byte."""
+    return {path.name: path.read_bytes() for path in Path().iterdir()}
+
+
 def predict(*words):
     return main(["predict", *words, "--out", "out.csv"])
 
@@ -334,11 +340,14 @@ def test_the_file_says_what_the_skill_does(here, capsys):
     assert f"{outside.sum()} of 40 tasks lie outside" in told.err
     found = pd.read_csv("out.csv")
     means, stds = load_skill("charts.skops").predict(here, return_std=True)
-    columns = ["push", "push_std", "lift", "lift_std"]
-    end = ["chart", "gate_probability", "outside"]
+    ends = ["", "_std", "_band90"]
+    columns = [f"{name}{end}" for name in ("push", "lift") for end in ends]
+    end = ["chart", "gate_probability", "doubtful", "outside"]
     assert [*found] == ["angle", "mass", *columns, *end]
-    wanted = np.stack([means, stds], axis=2).reshape(40, 4)
-    np.testing.assert_allclose(found[columns], wanted, rtol=1e-8)
+    known = ["push", "lift", "push_std", "lift_std"]
+    np.testing.assert_allclose(found[known], np.hstack([means, stds]), rtol=1e-8)
+    unknown = ["push_band90", "lift_band90", "doubtful"]
+    assert found[unknown].isna().all(axis=None), "no task was left out for this skill"
     pd.testing.assert_frame_equal(found[["angle", "mass"]], here, rtol=1e-14)
     assert found["outside"].notna().tolist() == outside.tolist()
     assert found["outside"][3] == "mass"
@@ -360,7 +369,8 @@ def test_awkward_names_are_quoted(here):
     (tasks + 1e6).to_csv("new.csv", index=False)
     assert predict("a.skops", "new.csv") == 0
     found = pd.read_csv("out.csv")
-    assert [*found][:4] == ["a, b", 'c "d"', "p;q", "p;q_std"]
+    names = ["a, b", 'c "d"', "p;q", "p;q_std", "p;q_band90"]
+    assert [*found][:5] == names
     assert found["outside"][0] == 'a, b and c "d"'
 
 
@@ -373,9 +383,10 @@ def test_awkward_names_are_quoted(here):
     ],
 )
 def test_other_units_are_refused(words, said, here, capsys):
+    before = contents()
     assert predict("charts.skops", "new.csv", "--units", *words) == 2
     assert said in capsys.readouterr().err
-    assert not Path("out.csv").exists()
+    assert contents() == before
 
 
 @pytest.mark.parametrize(
@@ -389,7 +400,9 @@ def test_other_units_are_refused(words, said, here, capsys):
 )
 def test_bad_new_tasks(frame, said, here, capsys):
     frame.to_csv("new.csv", index=False)
+    Path("out.csv").write_text("kept", encoding="utf-8")
+    before = contents()
     assert predict("near.skops", "new.csv") == 2
     (line,) = capsys.readouterr().err.splitlines()
     assert said in line
-    assert not Path("out.csv").exists()
+    assert contents() == before

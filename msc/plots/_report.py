@@ -157,6 +157,7 @@ def plot_plane(
     title: str = "",
     charts: ArrayLike | None = None,
     values: Array | None = None,
+    jumps: ArrayLike = (),
 ) -> Figure:
     """Draw something over two task columns, as a map.
 
@@ -172,6 +173,8 @@ def plot_plane(
         Charts, drawn as colours and marks.
     values : ndarray of shape (n_rows,), optional
         Numbers, drawn the lighter the larger, if there are no charts.
+    jumps : array_like of shape (n_jumps, 2, 2), optional
+        Neighbours between which policies jump, joined by a line.
 
     Returns
     -------
@@ -186,6 +189,8 @@ def plot_plane(
         look: Any = {"c": values, "cmap": "cividis", "s": _size(points) ** 2}
         dots = axis.scatter(*points.T, edgecolors="0.5", linewidths=0.2, **look)
         figure.colorbar(dots, ax=axis, ticks=MaxNLocator(5))
+    for ends in np.asarray(jumps):
+        axis.plot(*ends.T, color=TRIO[0], lw=1)
     axis.set(xlabel=shorten(names[0]), ylabel=shorten(names[1]))
     axis.set_title(shorten(title, 40), loc="left")
     return figure

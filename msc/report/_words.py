@@ -131,6 +131,7 @@ def tell_trust(card: Card) -> list[str]:
         *_tell_few(card),
         *_tell_alone(card),
         _tell_bands(card),
+        *_tell_conformal(card),
     ]
     told += [
         f"{quote(name)} could not be fitted: {why}."
@@ -266,8 +267,8 @@ def _tell_bands(card: Card) -> str:
     told = next((one for one in bands if one["level"] == _LEVEL), None)
     if told is None:
         return (
-            f"{chosen} does not know how sure it is: its predictions have no bands; "
-            "those of paper.skops have."
+            f"{chosen} does not know how sure it is: its predictions have no standard "
+            "deviations; those of paper.skops have."
         )
     verdict = "as they should"
     if told["high"] < _LEVEL:
@@ -279,6 +280,31 @@ def _tell_bands(card: Card) -> str:
         f"policies left out ({percent(told['low'])} to {percent(told['high'])}): "
         f"{verdict}."
     )
+
+
+def _tell_conformal(card: Card) -> list[str]:
+    """Say what the bands and flags of `msc predict` are worth, if they are known."""
+    band, flag = card["held_out"]["conformal"], card["held_out"]["flag"]
+    if band is None:
+        return []
+    low, high = percent(band["low"]), percent(band["high"])
+    verdict = "no fewer than they should"
+    if band["high"] < _LEVEL:
+        verdict = "do not rely on them where rows are so far off"
+    return [
+        f"The bands of msc predict (columns …_band90) hold {percent(_LEVEL)} of the "
+        "policies of tasks that lie among the rows as these do: they are made of the "
+        "errors of tasks left out alone. In whole blocks left out, which is harder, "
+        f"they held {percent(band['held'])} ({low} to {high}): {verdict}.",
+        "Where the five nearest tasks have policies far apart, msc predict calls a "
+        f"task doubtful. Of {flag['n_blocks']} blocks left out {flag['n_flagged']} "
+        f"were; of the {flag['n_worst']} with the largest errors {flag['n_caught']}, "
+        + (
+            "for certain more than by chance: search such tasks anew."
+            if flag["is_sure"]
+            else "which may be chance: do not rely on it."
+        ),
+    ]
 
 
 def _list(words: Sequence[str]) -> str:

@@ -17,6 +17,7 @@ from tqdm import tqdm
 
 from msc._parallel import open_workers
 from msc.estimates import Estimate, six_digits
+from msc.skills._bands import Doubt, judge_doubt, leave_out, part_alone
 from msc.skills._blocks import N_FOLDS, make_blocks
 from msc.skills._choose import Comparison, average, compare_methods, exceed, plan_fits
 from msc.skills._held_out import judge_chosen
@@ -157,7 +158,8 @@ def fit_table(
         )
         return skill.fit(table.tasks, table.policies, table.cost)
 
-    n_fits = len(plan_fits(skills, blocks, sizes)) + N_FOLDS + blocks.n_folds + 2
+    alone = part_alone(table.copies, seed)
+    n_fits = len(plan_fits(skills, blocks, sizes)) + 2 * N_FOLDS + blocks.n_folds + 2
     with tqdm(
         desc="fits", total=n_fits, disable=not progress, dynamic_ncols=True
     ) as bar:
@@ -170,13 +172,16 @@ def fit_table(
                 run=run,
                 done=bar.update,
             )
-            held = judge_chosen(
+            held, left_out = judge_chosen(
                 skills[compared.chosen],
                 data,
                 blocks,
                 seed=seed,
                 run=run,
                 done=bar.update,
+            )
+            missed, _, apart = leave_out(
+                skills[compared.chosen], data, alone, run, bar.update
             )
         with threadpool_limits(1), warnings.catch_warnings(record=True) as caught:
             warnings.simplefilter("always")
@@ -186,6 +191,9 @@ def fit_table(
             skill = paper if is_paper else fitted(compared.chosen)
             bar.update()
             jumps = find_structure(table, unit, scale, seed)
+            first = np.unique(table.copies, return_index=True)[1]  # one error a task
+            doubt = Doubt().fit(skill.scale_.transform(X), unit)
+            skill.doubt_ = doubt.calibrate(missed[first], apart[first])
     card = {
         "command": command,
         "seed": seed,
@@ -199,7 +207,7 @@ def fit_table(
         "charts": describe_charts(paper),
         "blocks": {"n_blocks": len(blocks.folds), "n_folds": blocks.n_folds},
         "max_tasks": most,
-        "held_out": held,
+        "held_out": held | judge_doubt(doubt, left_out, blocks),
         "methods": _scores(compared),
         "failed": compared.failed,
         "chosen": compared.chosen,

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 from typing import Any
 
@@ -13,12 +12,12 @@ from sklearn.base import clone
 
 from msc._parallel import Runner
 from msc.estimates import six_digits
+from msc.skills._bands import Data, LeftOut, leave_out
 from msc.skills._blocks import N_FOLDS, Blocks
 from msc.skills._choose import average, measure_left_out
 from msc.skills._skill import TableSkill
 
 Array = NDArray[np.float64]
-Data = tuple[Array, Array, Array | None]
 
 LEVELS = (0.5, 0.68, 0.8, 0.9, 0.95, 0.99)
 """Of bands: which share of policies each should hold."""
@@ -32,16 +31,18 @@ def judge_chosen(
     seed: int,
     run: Runner,
     done: Callable[[], Any],
-) -> dict[str, Any]:
+) -> tuple[dict[str, Any], LeftOut]:
     """Measure bands by the blocks, and the error if single rows were left out.
 
     Returns
     -------
-    dict
+    told : dict
         Fit for JSON. ``"bands"``: by level, the share of policies, over columns and
         tasks, that the band of a normal distribution held in blocks left out; none if
         the method has no deviations. ``"single_rows_error"``: as the errors of blocks,
         but with rows dealt alone into folds; None if it cannot be fitted so.
+    left_out : tuple of ndarray
+        What became of each block left out.
     """
     folds = np.random.default_rng(seed).permutation(len(data[0])) % N_FOLDS
     rows = Blocks(np.arange(len(folds)), folds)
@@ -55,34 +56,16 @@ def judge_chosen(
         error = six_digits(
             float(np.nansum([alone[fold] for fold in range(N_FOLDS)]) / len(folds))
         )
-    held = np.full((len(LEVELS), len(blocks.folds)), np.nan)
-    calls = [(clone(skill), data, blocks, fold) for fold in range(blocks.n_folds)]
-    for fold, shares in run(_hold, calls):
-        held[:, blocks.folds == fold] = shares
-        done()
+    left_out = leave_out(skill, data, blocks, run, done)
+    missed, stds, _ = left_out
     bands = []
-    for level, of_blocks in zip(LEVELS, held, strict=True):
-        if np.isfinite(of_blocks).all():
-            told = average(of_blocks, blocks.sizes)
+    if np.isfinite(stds).all():
+        for level in LEVELS:
+            held = np.abs(missed) <= norm.ppf(0.5 + level / 2) * stds
+            told = average(blocks.average(held.mean(axis=1)), blocks.sizes)
             low, high = np.clip(told.bounds, 0, 1)
             found = {"held": told.value, "low": float(low), "high": float(high)}
             bands.append(
                 {"level": level, **{key: six_digits(one) for key, one in found.items()}}
             )
-    return {"bands": bands, "single_rows_error": error}
-
-
-def _hold(skill: TableSkill, data: Data, blocks: Blocks, fold: int) -> Array:
-    """Return by level the share of policies held in each block of a fold."""
-    X, y, cost = data
-    test, here = blocks.in_folds(fold), blocks.folds == fold
-    paid = None if cost is None else cost[~test]
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # those of the fit to all are told
-        means, stds = skill.fit(X[~test], y[~test], paid).predict(X[test], True)
-    if not skill.has_std:
-        return np.full((len(LEVELS), int(here.sum())), np.nan)
-    within = norm.ppf(0.5 + np.array(LEVELS) / 2)[:, None, None] * stds
-    shares = np.zeros((len(LEVELS), len(X)))
-    shares[:, test] = (np.abs(means - y[test]) <= within).mean(axis=2)
-    return np.array([blocks.average(one)[here] for one in shares])
+    return {"bands": bands, "single_rows_error": error}, left_out

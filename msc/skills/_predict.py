@@ -33,17 +33,20 @@ def predict_table(
         CSV or Parquet, see `read_table`, with the task columns; others are ignored.
     out : Path
         CSV, written whole or not at all: a row a task, with its columns; each policy
-        column to nine digits and, named ``…_std``, its standard deviation, blank if the
-        method has none; the ``chart``; ``gate_probability``, see
-        `TableSkill.predict_chart`; and in ``outside`` the task columns that are outside
-        the range of the training tasks.
+        column to nine digits, all in its unit: named ``…_std``, its standard deviation,
+        blank if the method has none; named ``…_band90``, half the width of the band
+        that holds nine in ten policies, see `TableSkill.predict_band`, blank if it is
+        not known; the ``chart``; ``gate_probability``, see `TableSkill.predict_chart`;
+        ``doubtful``, 1 or 0, see `TableSkill.find_doubtful`, blank if that is not
+        known; and in ``outside`` the task columns that are outside the range of the
+        training tasks.
     units : mapping of str to str, optional
         Units of task columns in the file.
 
     Returns
     -------
     dict
-        ``"n_tasks"`` and, of these, ``"n_outside"``.
+        ``"n_tasks"`` and, of these, ``"n_outside"`` and ``"n_doubtful"``.
 
     Raises
     ------
@@ -60,22 +63,38 @@ def predict_table(
     means, stds = skill.predict(tasks, return_std=True)
     charts, shares = skill.predict_chart(tasks)
     outside = skill.find_outside(tasks)
-    shape = len(tasks), len(policies)
-    columns, formats = [tasks.to_numpy()], [_TASK] * len(names)
-    if skill.has_std:
-        both = np.stack([means.reshape(shape), stds.reshape(shape)], axis=2)
-        columns.append(both.reshape(len(tasks), -1))
-        formats += [_NUMBER, _NUMBER] * len(policies)
-    else:
-        columns.append(means.reshape(shape))
-        formats += [_NUMBER, ""] * len(policies)
-    columns += [charts[:, None], shares[:, None]]
-    formats += ["%d", "%.3g", "%s"]
-    header = [*names, *chain(*((name, f"{name}_std") for name in policies))]
-    header += ["chart", "gate_probability", "outside"]
-    lines = _format(np.hstack(columns), _name_outside(outside, names), formats)
+    doubtful, halves = skill.find_doubtful(tasks), skill.predict_band(tasks)
+    columns, formats = [*tasks.to_numpy().T], [_TASK] * len(names)
+
+    def add(column: NDArray[Any], form: str, known: bool = True) -> None:
+        """Write a column, blank if it is not known."""
+        columns.extend([column] if known else [])
+        formats.append(form if known else "")
+
+    has_band = [bool(np.isfinite(one).all()) for one in halves.T]
+    for k, (mean, std) in enumerate(zip(_columns(means), _columns(stds), strict=True)):
+        add(mean, _NUMBER)
+        add(std, _NUMBER, skill.has_std)
+        add(halves[:, k], _NUMBER, has_band[k])
+    add(charts, "%d")
+    add(shares, "%.3g")
+    add(doubtful, "%d", all(has_band))
+    formats.append("%s")
+    ends = "", "_std", "_band90"
+    header = [*names, *(f"{name}{end}" for name in policies for end in ends)]
+    header += ["chart", "gate_probability", "doubtful", "outside"]
+    lines = _format(np.column_stack(columns), _name_outside(outside, names), formats)
     replace_file(out, _line(header) + lines)
-    return {"n_tasks": len(tasks), "n_outside": int(outside.any(axis=1).sum())}
+    return {
+        "n_tasks": len(tasks),
+        "n_outside": int(outside.any(axis=1).sum()),
+        "n_doubtful": int(doubtful.sum()),
+    }
+
+
+def _columns(values: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return a row a policy column."""
+    return np.atleast_2d(values.T)
 
 
 def _format(

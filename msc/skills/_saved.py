@@ -25,6 +25,7 @@ TRUSTED = (
     "msc.learn._gaussian._refine",
     "msc.learn._skill.ParameterizedSkill",
     "msc.learn._smce.SMCE",
+    "msc.skills._bands.Doubt",
     "msc.skills._scale.TaskScale",
     "msc.skills._skill.TableSkill",
     "msc.study.rivals._crkr.CrKR",

@@ -67,6 +67,9 @@ class TableSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: igno
         The method, fitted.
     voters_ : NearestNeighbors or None
         Finds the training tasks that tell how sure a chart is, if there are charts.
+    doubt_ : estimator or None
+        Knows how far apart neighbours' policies are, and what that means; `fit_table`
+        makes it, from tasks left out.
     rows_ : ndarray of int
         Which training tasks the method has learned.
     policy_names_ : list of str or None
@@ -167,6 +170,7 @@ class TableSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: igno
             costs = validate_cost(cost, len(X))[self.rows_][own]
             told["cost"] = costs / costs.mean()
         self.model_ = model.fit(points, targets, **told)
+        self.doubt_: Any = None
         self.voters_ = None
         if isinstance(model, ParameterizedSkill) and model.n_charts_ > 1:
             n_votes = min(N_VOTES, len(points))
@@ -246,6 +250,52 @@ class TableSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: igno
                 votes = self.model_.charts_[near] == charts[some, None]
                 shares[some] = votes.mean(axis=1)
         return charts, shares
+
+    def predict_band(self, X: Any) -> Array:
+        """Tell how far from their predictions nine in ten policies lie, at most.
+
+        Parameters
+        ----------
+        X : array-like or DataFrame of shape (n_tasks, n_task_params)
+            Tasks, in the units of `fit`.
+
+        Returns
+        -------
+        ndarray of shape (n_tasks, n_params)
+            Half the width of conformal bands, in the policies' units: of each column,
+            nine in ten tasks that lie among the training tasks as these do are within.
+            NaN if `doubt_` is missing, or knows too few errors.
+        """
+        check_is_fitted(self)
+        X = validate_points(self, X, reset=False)
+        halves = np.full((len(X), len(self.centers_)), np.nan)
+        if self.doubt_ is not None:
+            for some, points in self._batches(X):
+                halves[some] = self.doubt_.halves_ * self.doubt_.measure(points)
+        return np.asarray(halves * self.spreads_)
+
+    def find_doubtful(self, X: Any) -> NDArray[np.bool_]:
+        """Tell where the nearest training tasks have policies far apart.
+
+        Parameters
+        ----------
+        X : array-like or DataFrame of shape (n_tasks, n_task_params)
+            Tasks, in the units of `fit`.
+
+        Returns
+        -------
+        ndarray of bool of shape (n_tasks,)
+            Whether they are farther apart than those of nine in ten training tasks, on
+            average over columns of unit spread; none is if `doubt_` is missing.
+        """
+        check_is_fitted(self)
+        X = validate_points(self, X, reset=False)
+        doubtful = np.zeros(len(X), dtype=bool)
+        if self.doubt_ is not None:
+            for some, points in self._batches(X):
+                apart = self.doubt_.measure(points).mean(axis=1)
+                doubtful[some] = apart > self.doubt_.limit_
+        return doubtful
 
     def find_outside(self, X: Any) -> NDArray[np.bool_]:
         """Tell which tasks lie outside the range of the training tasks.

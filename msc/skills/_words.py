@@ -127,6 +127,7 @@ def tell_fit(card: Mapping[str, Any]) -> list[str]:
     choosing = card["error_of_choosing"]
     error = Estimate.read(choosing, "error")
     lines.append(f"chosen anew without the blocks it is measured on: {error}")
+    lines += _tell_doubt(card["held_out"])
     if chosen == next(iter(METHODS)):
         lines.append("nothing beats the mean policy for certain: it is recommended")
     else:
@@ -136,6 +137,18 @@ def tell_fit(card: Mapping[str, Any]) -> list[str]:
             f"{beats} the mean policy where it was chosen anew"
         )
     return lines
+
+
+def _tell_doubt(held_out: Mapping[str, Any]) -> list[str]:
+    """Say what bands and flags of predictions are worth, if they are known."""
+    band, flag = held_out["conformal"], held_out["flag"]
+    if band is None:
+        return []
+    return [
+        f"bands of 90 % held {band['held']:.0%} in blocks left out; doubtful were "
+        f"{flag['n_flagged']} of {flag['n_blocks']} blocks, and of the worst tenth "
+        f"{flag['n_caught']} of {flag['n_worst']}"
+    ]
 
 
 def list_breaks(card: Mapping[str, Any], most: int) -> list[tuple[float, float]]:
