@@ -45,6 +45,7 @@ from msc.learn._gaussian import (
     fit_together,
     gaussian_classifier,
     gaussian_process,
+    predict_together,
 )
 from msc.learn._smce import SMCE
 
@@ -324,7 +325,10 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
         means, stds = np.empty((2, len(X), self._n_params))
         for c in np.unique(charts):
             here, models = charts == c, self.regressors_[c]
-            if not return_std:
+            if all(map(_is_decomposed, models)):
+                pairs = predict_together(models, X[here], return_std)
+                means[here], stds[here] = map(np.column_stack, zip(*pairs, strict=True))
+            elif not return_std:
                 found = [model.predict(X[here]) for model in models]
                 means[here] = np.column_stack(found)
             elif all(map(_returns_std, models)):
@@ -401,6 +405,10 @@ def _check_labels(clusterer: Any, policies: Array) -> NDArray[Any]:
             f"{len(policies)} policies: a number, or all strings."
         )
     return np.array(labels.tolist())
+
+
+def _is_decomposed(regressor: Any) -> bool:
+    return isinstance(regressor, GaussianProcess) and regressor.is_decomposed
 
 
 def _is_number(label: Any) -> bool:

@@ -31,7 +31,7 @@ def judge_chosen(
     *,
     seed: int,
     run: Runner,
-    done: Callable[[], Any],
+    done: Callable[..., Any],
 ) -> dict[str, Any]:
     """Measure bands by the blocks, and the error if single rows were left out.
 
@@ -55,21 +55,24 @@ def judge_chosen(
         error = six_digits(
             float(np.nansum([alone[fold] for fold in range(N_FOLDS)]) / len(folds))
         )
-    held = np.full((len(LEVELS), len(blocks.folds)), np.nan)
+    bands: list[dict[str, float]] = []
+    told = {"bands": bands, "single_rows_error": error}
+    if not skill.has_std:
+        done(blocks.n_folds)
+        return told
+    held = np.empty((len(LEVELS), len(blocks.folds)))
     calls = [(clone(skill), data, blocks, fold) for fold in range(blocks.n_folds)]
     for fold, shares in run(_hold, calls):
         held[:, blocks.folds == fold] = shares
         done()
-    bands = []
     for level, of_blocks in zip(LEVELS, held, strict=True):
-        if np.isfinite(of_blocks).all():
-            told = average(of_blocks, blocks.sizes)
-            low, high = np.clip(told.bounds, 0, 1)
-            found = {"held": told.value, "low": float(low), "high": float(high)}
-            bands.append(
-                {"level": level, **{key: six_digits(one) for key, one in found.items()}}
-            )
-    return {"bands": bands, "single_rows_error": error}
+        share = average(of_blocks, blocks.sizes)
+        low, high = np.clip(share.bounds, 0, 1)
+        found = {"held": share.value, "low": float(low), "high": float(high)}
+        bands.append(
+            {"level": level, **{key: six_digits(one) for key, one in found.items()}}
+        )
+    return told
 
 
 def _hold(skill: TableSkill, data: Data, blocks: Blocks, fold: int) -> Array:
@@ -80,8 +83,6 @@ def _hold(skill: TableSkill, data: Data, blocks: Blocks, fold: int) -> Array:
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # those of the fit to all are told
         means, stds = skill.fit(X[~test], y[~test], paid).predict(X[test], True)
-    if not skill.has_std:
-        return np.full((len(LEVELS), int(here.sum())), np.nan)
     within = norm.ppf(0.5 + np.array(LEVELS) / 2)[:, None, None] * stds
     shares = np.zeros((len(LEVELS), len(X)))
     shares[:, test] = (np.abs(means - y[test]) <= within).mean(axis=2)

@@ -31,17 +31,20 @@ class Learner:
         Whether it is given circles unrolled.
     wants_cost : bool, default=False
         Whether it is given costs, and tried only where there are some.
+    has_std : bool, default=False
+        Whether it knows how sure it is of a policy, in the policy's unit.
     """
 
     build: Callable[[int, int], Any]
     takes_all: bool = False
     is_flat: bool = False
     wants_cost: bool = False
+    has_std: bool = False
 
 
 def _compared(name: str) -> Learner:
     """Take a method of `msc.study`, charts by the elbow."""
-    return Learner(lambda _, seed: _build(name, seed))
+    return Learner(lambda _, seed: _build(name, seed), has_std=True)
 
 
 def _build(name: str, seed: int) -> Any:

@@ -27,6 +27,7 @@ from msc.learn import ParameterizedSkill
 from msc.skills._methods import METHODS, PAPER
 from msc.skills._scale import DECIMALS, TaskScale
 from msc.skills._subsample import spread_out
+from msc.skills._trees import QuickTrees
 
 Array = NDArray[np.float64]
 Charts = NDArray[np.intp]
@@ -205,11 +206,13 @@ class TableSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: igno
         check_is_fitted(self)
         X = validate_points(self, X, reset=False)
         means, stds = np.empty((2, len(X), len(self.centers_)))
+        is_quick = self.method == "boosted trees" and len(X) > _BATCH
+        model = QuickTrees(self.model_.estimators_) if is_quick else self.model_
         for some, points in self._batches(X, METHODS[self.method].is_flat):
             if return_std and self.has_std:
-                found, stds[some] = self.model_.predict(points, return_std=True)
+                found, stds[some] = model.predict(points, return_std=True)
             else:
-                found, stds[some] = self.model_.predict(points), np.nan
+                found, stds[some] = model.predict(points), np.nan
             means[some] = np.reshape(found, (len(points), -1))
         means, stds = self.centers_ + self.spreads_ * means, self.spreads_ * stds
         if self._is_single_output:
@@ -219,7 +222,7 @@ class TableSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: igno
     @property
     def has_std(self) -> bool:
         """Whether the method knows how sure it is of a policy."""
-        return isinstance(self.model_, ParameterizedSkill)  # CrKr's has no unit
+        return METHODS[self.method].has_std
 
     def predict_chart(self, X: Any) -> tuple[Charts, Array]:
         """Tell which chart each task belongs to, and how sure that is.
