@@ -12,6 +12,8 @@ import numpy as np
 import pandas as pd
 import pytest
 import skops.io
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
 from sklearn.base import clone
 from sklearn.model_selection import GridSearchCV, GroupKFold, cross_val_predict
 from sklearn.preprocessing import FunctionTransformer
@@ -20,7 +22,9 @@ from sklearn.utils.estimator_checks import parametrize_with_checks
 import msc.skills._saved
 from msc.cli import main
 from msc.skills import METHODS, TableSkill, load_skill, save_skill
+from msc.skills._digits import format_lines
 from msc.skills._saved import TRUSTED, skill_bytes
+from msc.skills._trees import quicken
 
 PERIODS = {"angle": 360.0}
 
@@ -342,6 +346,33 @@ def test_the_file_says_what_the_skill_does(here, capsys):
     pd.testing.assert_frame_equal(found[["angle", "mass"]], here, rtol=1e-14)
     assert found["outside"].notna().tolist() == outside.tolist()
     assert found["outside"][3] == "mass"
+
+
+@given(st.lists(st.floats(-1e280, 1e280), min_size=1), st.integers(-12, 12))
+@example([0.0, -0.0, 0.5, 999999999.5, 999.5, 1e-4, 1e9, 0.1234567885, 1e-5, 5e-324], 0)
+@settings(max_examples=200, deadline=None)
+def test_numbers_are_written_as_percent_writes_them(numbers, power):
+    column = np.array([*numbers, *(np.round(numbers, 3) * 10.0**power)])[:, None]
+    for form in ("%.9g", "%.3g", "%.15g"):
+        wanted = [f"{form % number},,{form % number}" for number in column[:, 0]]
+        assert format_lines(np.hstack([column] * 2), [form, "", form]) == wanted
+    whole = np.rint(column[np.abs(column) < 1e12])[:, None]
+    assert format_lines(whole, ["%d"]) == [str(int(number)) for number in whole[:, 0]]
+
+
+def test_trees_answer_many_tasks_with_the_bits_of_scikit_learn():
+    tasks, policies = solved(400)
+    policies["flat"] = 1.0
+    skill = TableSkill("boosted trees", random_state=0).fit(tasks, policies)
+    points = skill.scale_.transform(solved(3000, seed=1)[0].to_numpy())
+    points[:400] = skill.scale_.transform(tasks.to_numpy())  # nearest to thresholds
+    trees = skill.model_.estimators_
+    splits = [tree.nodes["num_threshold"] for (tree,) in trees[0]._predictors]
+    points[-200:] = np.concatenate(splits)[:200, None]  # which belong to the left
+    quick = quicken(skill.model_, len(points))
+    assert quick is not skill.model_
+    np.testing.assert_array_equal(quick.predict(points), skill.model_.predict(points))
+    assert quicken(skill.model_, 10) is skill.model_, "few are not worth the tables"
 
 
 def test_what_has_no_deviation_leaves_it_blank(here):

@@ -213,19 +213,19 @@ class GaussianProcess(_AtBounds, GaussianProcessRegressor):  # type: ignore[misc
         return np.asarray(solve_triangular(self._eigen.root, rows.T, lower=True).T)
 
     def _standardised(
-        self, X: Array, rows: Array, return_std: bool
+        self, X: Array, rows: Array, squares: Array | None
     ) -> tuple[Array, Array]:
         """Return means of standardised targets, and variances over the amplitude."""
         _, vectors, _, root, turn = self._eigen
         means = variances = rows @ (turn @ self._weights)
-        if return_std:
-            variances = 1.0 - (rows @ turn) ** 2 @ (1 / self._damped)
+        if squares is not None:
+            variances = 1.0 - squares @ (1 / self._damped)
         far = (rows**2).sum(axis=1) < 1.0 - _FAR
         if root is not None and far.any():  # from all nodes: rounding would be felt
             inside, outside = self._split(X[far])
             rest = self.y_train_ - vectors @ (self._damped * self._weights)
             means[far] = inside @ self._weights + outside @ rest / self._ratio
-            if return_std:
+            if squares is not None:
                 explained = inside**2 @ (1 / self._damped)
                 explained += (outside**2).sum(axis=1) / self._ratio
                 variances[far] = 1.0 - explained
@@ -327,12 +327,14 @@ def predict_together(
     """
     found = [(np.empty(len(X)), np.empty(len(X))) for _ in processes]
     for some in gen_batches(len(X), _BATCH):
-        known: dict[int, Array] = {}
+        known: dict[int, tuple[Array, Array | None]] = {}
         for one, (means, stds) in zip(processes, found, strict=True):
             shared = id(one._eigen)
             if shared not in known:
-                known[shared] = one._rows(X[some])
-            mean, variance = one._standardised(X[some], known[shared], return_std)
+                rows = one._rows(X[some])
+                squares = (rows @ one._eigen.turn) ** 2 if return_std else None
+                known[shared] = rows, squares
+            mean, variance = one._standardised(X[some], *known[shared])
             means[some] = one._y_train_mean + one._y_train_std * mean
             if return_std:
                 amplitude, _, noise = np.exp(one.kernel_.theta)

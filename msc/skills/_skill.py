@@ -27,7 +27,7 @@ from msc.learn import ParameterizedSkill
 from msc.skills._methods import METHODS, PAPER
 from msc.skills._scale import DECIMALS, TaskScale
 from msc.skills._subsample import spread_out
-from msc.skills._trees import QuickTrees
+from msc.skills._trees import quicken
 
 Array = NDArray[np.float64]
 Charts = NDArray[np.intp]
@@ -206,8 +206,7 @@ class TableSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: igno
         check_is_fitted(self)
         X = validate_points(self, X, reset=False)
         means, stds = np.empty((2, len(X), len(self.centers_)))
-        is_quick = self.method == "boosted trees" and len(X) > _BATCH
-        model = QuickTrees(self.model_.estimators_) if is_quick else self.model_
+        model = quicken(self.model_, len(X))
         for some, points in self._batches(X, METHODS[self.method].is_flat):
             if return_std and self.has_std:
                 found, stds[some] = model.predict(points, return_std=True)
