@@ -14,10 +14,12 @@ import pytest
 import skops.io
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from sklearn import config_context
 from sklearn.base import clone
 from sklearn.model_selection import GridSearchCV, GroupKFold, cross_val_predict
 from sklearn.preprocessing import FunctionTransformer
 from sklearn.utils.estimator_checks import parametrize_with_checks
+from weights import REFUSED
 
 import msc.skills._saved
 from msc.cli import main
@@ -54,9 +56,15 @@ def skills():
 
 
 NEW = solved(40, seed=1)[0]
+DRAWN = {"check_sample_weight_equivalence_on_dense_data": "trees draw among copies"}
 
 
-@parametrize_with_checks([TableSkill("nearest neighbour")])
+@parametrize_with_checks(
+    [TableSkill("nearest neighbour"), TableSkill("random forest")],
+    expected_failed_checks=lambda skill: (
+        {**REFUSED} if skill.method == "nearest neighbour" else DRAWN
+    ),
+)
 def test_it_is_an_estimator(estimator, check):
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "(The graph has|tasks span)")
@@ -160,6 +168,29 @@ def test_it_is_at_home_in_scikit_learn():
     assert clone(skill).get_params() == skill.get_params()
     with pytest.raises(ValueError, match="feature names"):
         skill.predict(NEW[["mass", "angle"]])
+
+
+@pytest.mark.parametrize("method", [n for n in METHODS if METHODS[n].takes_weights])
+@pytest.mark.parametrize("is_routed", [False, True])
+def test_a_method_that_takes_weights_learns_what_weighs(method, is_routed):
+    """Of two groups of rows that contradict each other, the one that counts."""
+    tasks, policies = solved(60)
+    weights = np.where(np.arange(60) % 2, 1.0, 1e-9)
+    policies = policies.where(weights[:, None] == 1, -policies)
+    skill = TableSkill(method, periods=PERIODS, random_state=0)
+    with config_context(enable_metadata_routing=is_routed):
+        skill.fit(tasks, policies, sample_weight=weights)
+    heavy = weights == 1
+    alone = clone(skill).fit(tasks[heavy], policies[heavy])
+    found, wanted = skill.predict(NEW), alone.predict(NEW)
+    missed = np.abs(found - wanted).mean(axis=0)
+    without = np.abs(clone(skill).fit(tasks, policies).predict(NEW) - wanted)
+    assert (missed < without.mean(axis=0) / 2).all()
+
+
+def test_methods_without_weights_say_which_take_some():
+    with pytest.raises(ValueError, match=r"'charts' takes no sample_weight.*'CrKr'"):
+        TableSkill("charts").fit(*solved(), sample_weight=np.ones(50))
 
 
 @pytest.mark.parametrize(
