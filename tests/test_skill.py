@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from joblib import parallel_config
 from scipy.sparse import csr_array
 from sklearn import config_context
 from sklearn.base import BaseEstimator, ClusterMixin, clone
@@ -739,9 +740,11 @@ def test_weights_are_routed_and_a_skill_is_a_part_like_any():
     skill = ParameterizedSkill(None, regressor=KernelRidge(kernel="rbf"))
     frame = pd.DataFrame({"angle": tasks[:, 0], "mass": np.arange(48) % 7})
     weights = np.arange(48) % 5
-    with config_context(enable_metadata_routing=True):
-        asking = skill.set_fit_request(sample_weight=True)
-        line = Pipeline([("scale", StandardScaler()), ("skill", asking)])
+    with config_context(enable_metadata_routing=True), parallel_config("threading"):
+        scale = StandardScaler().set_fit_request(sample_weight=False)
+        skill.set_fit_request(sample_weight=True)
+        skill.set_score_request(sample_weight=True)
+        line = Pipeline([("scale", scale), ("skill", skill)])
         search = GridSearchCV(line, {"skill__regressor__gamma": [0.1, 1.0]}, n_jobs=2)
         search.fit(frame, policies, sample_weight=weights)
         how = {"params": {"sample_weight": weights}}
