@@ -174,9 +174,9 @@ def test_it_is_at_home_in_scikit_learn():
 @pytest.mark.parametrize("is_routed", [False, True])
 def test_a_method_that_takes_weights_learns_what_weighs(method, is_routed):
     """Of two groups of rows that contradict each other, the one that counts."""
-    tasks, policies = solved(60)
-    weights = np.where(np.arange(60) % 2, 1.0, 1e-9)
-    policies = policies.where(weights[:, None] == 1, -policies)
+    tasks, policies = solved(200)
+    weights = np.arange(200) % 2.0
+    policies = policies.mul(np.where(weights == 1, 1, -1), axis=0)
     skill = TableSkill(method, periods=PERIODS, random_state=0)
     with config_context(enable_metadata_routing=is_routed):
         skill.fit(tasks, policies, sample_weight=weights)
