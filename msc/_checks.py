@@ -186,22 +186,6 @@ def validate_cost(cost: Any, n_tasks: int) -> _Array:
     return costs
 
 
-def validate_weights(sample_weight: Any, n_tasks: int) -> _Array:
-    """Return the weights, or raise a ValueError that names what is wrong with them."""
-    weights = to_floats("sample_weight", sample_weight)
-    if weights.shape != (n_tasks,):
-        raise ValueError(
-            f"sample_weight must have shape ({n_tasks},), one entry per task. "
-            f"Got shape {weights.shape}."
-        )
-    bad = weights[~(np.isfinite(weights) & (weights >= 0))]
-    if bad.size:
-        raise ValueError(f"sample_weight must not be negative. Got {bad[0]}.")
-    if not weights.any():
-        raise ValueError("sample_weight is zero for all tasks: none is left to learn.")
-    return weights
-
-
 def check_magnitude(argument: str, values: _Array) -> None:
     """Refuse values of which squares overflow or vanish.
 

@@ -36,7 +36,6 @@ from msc._checks import (
     seed_of,
     validate_pairs,
     validate_points,
-    validate_weights,
     warn_of_scale,
 )
 from msc._parallel import tell
@@ -49,6 +48,7 @@ from msc.learn._gaussian import (
     predict_together,
 )
 from msc.learn._smce import SMCE
+from msc.learn._weights import validate_weights
 
 __all__ = ["ParameterizedSkill"]
 

@@ -23,9 +23,8 @@ from msc._checks import (
     validate_cost,
     validate_pairs,
     validate_points,
-    validate_weights,
 )
-from msc.learn import ParameterizedSkill
+from msc.learn import ParameterizedSkill, validate_weights
 from msc.skills._methods import METHODS, PAPER
 from msc.skills._scale import DECIMALS, TaskScale
 from msc.skills._subsample import spread_out

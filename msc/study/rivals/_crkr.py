@@ -25,10 +25,10 @@ from msc._checks import (
     validate_cost,
     validate_pairs,
     validate_points,
-    validate_weights,
     warn_of_scale,
 )
 from msc._parallel import tell
+from msc.learn import validate_weights
 
 Array = NDArray[np.float64]
 
