@@ -295,7 +295,39 @@ def test_pickle_and_clone():
     assert not hasattr(clone(model), "dual_coef_")
 
 
-@parametrize_with_checks([CrKR(), CrKR(tune=True)])
+@pytest.mark.parametrize("given", [None, cost])
+def test_a_weight_is_so_many_copies(given):
+    times = rng.integers(0, 4, len(tasks))
+    told = CrKR().fit(tasks, policies, given, sample_weight=times)
+    X, y = (np.repeat(one, times, axis=0) for one in (tasks, policies))
+    same = CrKR().fit(X, y, None if given is None else np.repeat(given, times))
+    for one, other in zip(
+        told.predict(new_tasks, True), same.predict(new_tasks, True), strict=True
+    ):
+        np.testing.assert_allclose(one, other, rtol=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("weights", "words"),
+    [
+        (np.ones(3), "one entry per task"),
+        (np.r_[-1.0, np.ones(24)], "must not be negative. Got -1"),
+        (np.zeros(25), "zero for all tasks"),
+    ],
+)
+def test_bad_weights(weights, words):
+    with pytest.raises(ValueError, match=words):
+        CrKR().fit(tasks, policies, sample_weight=weights)
+
+
+@parametrize_with_checks(
+    [CrKR(), CrKR(tune=True)],
+    expected_failed_checks=lambda model: (
+        {"check_sample_weight_equivalence_on_dense_data": "copies tell of the noise"}
+        if model.tune
+        else {}
+    ),
+)
 def test_scikit_learn(estimator, check):
     check(estimator)
 

@@ -8,7 +8,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial.distance import cdist
+from sklearn.neighbors import KNeighborsRegressor
+from sklearn.tree import DecisionTreeRegressor
 
+import msc.skills._choose
 import msc.skills._fit
 import msc.skills._methods
 from msc.cli import main
@@ -244,6 +247,50 @@ def test_many_tasks_are_served_as_well_as_by_the_neighbours_of_all(monkeypatch):
     sizes = [point["n_tasks"] for point in card["curve"]]
     assert sizes == [10, 20, 40]
     assert card["curve"][-1]["error"] == error["linear interpolation"]
+
+
+def test_of_ten_thousand_tasks_what_is_recommended_is_as_good_as_others_of_all():
+    """New tasks of a known function; a neighbour and a tree have learned all rows."""
+    rng = np.random.default_rng(0)
+    tasks, new = rng.uniform(-3, 3, (10_000, 2)), rng.uniform(-3, 3, (2000, 2))
+
+    def known(x):
+        return np.sin(2 * x[:, 0]) * np.cos(2 * x[:, 1])
+
+    policy = known(tasks) + rng.normal(0, 0.05, 10_000)
+    frame = pd.DataFrame(np.c_[tasks, policy], columns=["x", "y", "p"])
+    names = ["nearest neighbour", "four neighbours"]
+    skill = fit_table(as_table(frame, ("x", "y")), methods=names).skill
+    found = skill.predict(pd.DataFrame(new, columns=["x", "y"]))[:, 0]
+    others = KNeighborsRegressor(1), DecisionTreeRegressor(random_state=0)
+    errors = [
+        np.mean((other.fit(tasks, policy).predict(new) - known(new)) ** 2)
+        for other in others
+    ]
+    assert np.mean((found - known(new)) ** 2) <= 1.1 * min(errors)
+
+
+def test_of_many_rows_the_choice_is_told_by_half_the_fits(monkeypatch):
+    table = as_table(broken(noise=0)[["angle", "lift"]])
+    nested = fit_table(table, methods=QUICK[1:]).card["error_of_choosing"]
+    calls = []
+    measure = msc.skills._choose.measure_left_out
+
+    def counted(*given):
+        calls.append(given[-1])
+        return measure(*given)
+
+    monkeypatch.setattr(msc.skills._choose, "measure_left_out", counted)
+    monkeypatch.setattr(msc.skills._choose, "MOST_NESTED", len(table.tasks) - 1)
+    card = fit_table(table, methods=QUICK[1:]).card
+    assert {len(left_out) for left_out in calls} == {1}
+    assert len(calls) == 5 * 2, "each method without each fold"
+    told = card["error_of_choosing"]
+    assert nested["nested"]
+    assert not told["nested"]
+    assert {*told["chosen_without_fold"]} == {"linear interpolation"}
+    error = {one["method"]: one["error"] for one in card["methods"]}
+    assert told["error"] == error["linear interpolation"]
 
 
 def test_a_subsample_fills_the_space():

@@ -12,16 +12,22 @@ import numpy as np
 import pandas as pd
 import pytest
 import skops.io
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+from sklearn import config_context
 from sklearn.base import clone
 from sklearn.model_selection import GridSearchCV, GroupKFold, cross_val_predict
 from sklearn.preprocessing import FunctionTransformer
 from sklearn.utils.estimator_checks import parametrize_with_checks
+from weights import REFUSED
 
 import msc.skills._saved
 from msc.cli import main
 from msc.skills import METHODS, TableSkill, load_skill, save_skill
 from msc.skills._bands import Doubt
+from msc.skills._digits import format_lines
 from msc.skills._saved import TRUSTED, skill_bytes
+from msc.skills._trees import quicken
 
 PERIODS = {"angle": 360.0}
 
@@ -51,9 +57,15 @@ def skills():
 
 
 NEW = solved(40, seed=1)[0]
+DRAWN = {"check_sample_weight_equivalence_on_dense_data": "trees draw among copies"}
 
 
-@parametrize_with_checks([TableSkill("nearest neighbour")])
+@parametrize_with_checks(
+    [TableSkill("nearest neighbour"), TableSkill("random forest")],
+    expected_failed_checks=lambda skill: (
+        {**REFUSED} if skill.method == "nearest neighbour" else DRAWN
+    ),
+)
 def test_it_is_an_estimator(estimator, check):
     with warnings.catch_warnings():
         warnings.filterwarnings("ignore", "(The graph has|tasks span)")
@@ -157,6 +169,29 @@ def test_it_is_at_home_in_scikit_learn():
     assert clone(skill).get_params() == skill.get_params()
     with pytest.raises(ValueError, match="feature names"):
         skill.predict(NEW[["mass", "angle"]])
+
+
+@pytest.mark.parametrize("method", [n for n in METHODS if METHODS[n].takes_weights])
+@pytest.mark.parametrize("is_routed", [False, True])
+def test_a_method_that_takes_weights_learns_what_weighs(method, is_routed):
+    """Of two groups of rows that contradict each other, the one that counts."""
+    tasks, policies = solved(200)
+    weights = np.arange(200) % 2.0
+    policies = policies.mul(np.where(weights == 1, 1, -1), axis=0)
+    skill = TableSkill(method, periods=PERIODS, random_state=0)
+    with config_context(enable_metadata_routing=is_routed):
+        skill.fit(tasks, policies, sample_weight=weights)
+    heavy = weights == 1
+    alone = clone(skill).fit(tasks[heavy], policies[heavy])
+    found, wanted = skill.predict(NEW), alone.predict(NEW)
+    missed = np.abs(found - wanted).mean(axis=0)
+    without = np.abs(clone(skill).fit(tasks, policies).predict(NEW) - wanted)
+    assert (missed < without.mean(axis=0) / 2).all()
+
+
+def test_methods_without_weights_say_which_take_some():
+    with pytest.raises(ValueError, match=r"'charts' takes no sample_weight.*'CrKr'"):
+        TableSkill("charts").fit(*solved(), sample_weight=np.ones(50))
 
 
 @pytest.mark.parametrize(
@@ -351,6 +386,33 @@ def test_the_file_says_what_the_skill_does(here, capsys):
     pd.testing.assert_frame_equal(found[["angle", "mass"]], here, rtol=1e-14)
     assert found["outside"].notna().tolist() == outside.tolist()
     assert found["outside"][3] == "mass"
+
+
+@given(st.lists(st.floats(-1e280, 1e280), min_size=1), st.integers(-12, 12))
+@example([0.0, -0.0, 0.5, 999999999.5, 999.5, 1e-4, 1e9, 0.1234567885, 1e-5, 5e-324], 0)
+@settings(max_examples=200, deadline=None)
+def test_numbers_are_written_as_percent_writes_them(numbers, power):
+    column = np.array([*numbers, *(np.round(numbers, 3) * 10.0**power)])[:, None]
+    for form in ("%.9g", "%.3g", "%.15g"):
+        wanted = [f"{form % number},,{form % number}" for number in column[:, 0]]
+        assert format_lines(np.hstack([column] * 2), [form, "", form]) == wanted
+    whole = np.rint(column[np.abs(column) < 1e12])[:, None]
+    assert format_lines(whole, ["%d"]) == [str(int(number)) for number in whole[:, 0]]
+
+
+def test_trees_answer_many_tasks_with_the_bits_of_scikit_learn():
+    tasks, policies = solved(400)
+    policies["flat"] = 1.0
+    skill = TableSkill("boosted trees", random_state=0).fit(tasks, policies)
+    points = skill.scale_.transform(solved(3000, seed=1)[0].to_numpy())
+    points[:400] = skill.scale_.transform(tasks.to_numpy())  # nearest to thresholds
+    trees = skill.model_.estimators_
+    splits = [tree.nodes["num_threshold"] for (tree,) in trees[0]._predictors]
+    points[-200:] = np.concatenate(splits)[:200, None]  # which belong to the left
+    quick = quicken(skill.model_, len(points))
+    assert quick is not skill.model_
+    np.testing.assert_array_equal(quick.predict(points), skill.model_.predict(points))
+    assert quicken(skill.model_, 10) is skill.model_, "few are not worth the tables"
 
 
 def test_what_has_no_deviation_leaves_it_blank(here):

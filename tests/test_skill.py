@@ -1,4 +1,5 @@
 import pickle
+import re
 import warnings
 
 import numpy as np
@@ -6,7 +7,9 @@ import pandas as pd
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from joblib import parallel_config
 from scipy.sparse import csr_array
+from sklearn import config_context
 from sklearn.base import BaseEstimator, ClusterMixin, clone
 from sklearn.cluster import DBSCAN, KMeans
 from sklearn.dummy import DummyClassifier
@@ -20,15 +23,16 @@ from sklearn.gaussian_process.kernels import (
 )
 from sklearn.kernel_ridge import KernelRidge
 from sklearn.linear_model import LinearRegression, LogisticRegression
-from sklearn.model_selection import GridSearchCV
+from sklearn.model_selection import GridSearchCV, cross_val_predict
 from sklearn.neighbors import KNeighborsRegressor
-from sklearn.pipeline import make_pipeline
-from sklearn.preprocessing import FunctionTransformer
+from sklearn.pipeline import Pipeline, make_pipeline
+from sklearn.preprocessing import FunctionTransformer, StandardScaler
 from sklearn.svm import SVR
 from sklearn.utils.estimator_checks import (
     check_dataframe_column_names_consistency,
     parametrize_with_checks,
 )
+from weights import REFUSED
 
 import msc.learn._gaussian
 from msc import SMCE, CrKR, ParameterizedSkill, load_dataset
@@ -686,15 +690,84 @@ def test_nothing_of_the_search_is_shared_between_fits():
     assert starts == msc.learn._gaussian.LENGTH_SCALES == (0.2, 0.7, 2.5)
 
 
+def what_fails(skill):
+    """Say which checks of scikit-learn need not hold, and why."""
+    if skill.regressor is None:
+        return {**REFUSED}
+    check = "check_sample_weight_equivalence_on_dense_data"
+    return {} if skill.charts is None else {check: "copies move the charts"}
+
+
 @parametrize_with_checks(
     [
         ParameterizedSkill(),
         ParameterizedSkill(kernel_per="chart"),
         ParameterizedSkill(KMeans(2), regressor=LinearRegression()),
-    ]
+        ParameterizedSkill(None, regressor=KernelRidge()),
+    ],
+    expected_failed_checks=what_fails,
 )
 def test_scikit_learn(estimator, check):
     check(estimator)
+
+
+def test_weights_are_those_of_the_regressions():
+    """Each chart's ridge as if alone, its tasks as often as they weigh."""
+    times = np.random.default_rng(0).integers(0, 4, len(tasks))
+    charts = KMeans(3, random_state=0)
+    skill = ParameterizedSkill(charts, regressor=KernelRidge(kernel="rbf"))
+    skill.fit(tasks, policies, sample_weight=times)
+    np.testing.assert_array_equal(skill.charts_, skill.fit(tasks, policies).charts_)
+    skill.fit(tasks, policies, sample_weight=times)
+    for chart in range(3):
+        here = skill.charts_ == chart
+        X, y = (
+            np.repeat(all_[here], times[here], axis=0) for all_ in (tasks, policies)
+        )
+        alone = KernelRidge(kernel="rbf").fit(X, y)
+        found = skill.predict(new_tasks, chart=np.full(len(new_tasks), chart))
+        np.testing.assert_allclose(found, alone.predict(new_tasks), rtol=1e-8)
+
+
+@pytest.mark.parametrize("regressor", [None, KNeighborsRegressor(2)])
+def test_a_regression_without_weights_says_so(regressor):
+    name = "gaussian_process()" if regressor is None else repr(regressor)
+    with pytest.raises(ValueError, match=re.escape(f"{name} takes no sample_weight")):
+        ParameterizedSkill(regressor=regressor).fit(tasks, policies, pieces)
+
+
+def test_weights_are_routed_and_a_skill_is_a_part_like_any():
+    skill = ParameterizedSkill(None, regressor=KernelRidge(kernel="rbf"))
+    frame = pd.DataFrame({"angle": tasks[:, 0], "mass": np.arange(48) % 7})
+    weights = np.arange(48) % 5
+    with config_context(enable_metadata_routing=True), parallel_config("threading"):
+        scale = StandardScaler().set_fit_request(sample_weight=False)
+        skill.set_fit_request(sample_weight=True)
+        skill.set_score_request(sample_weight=True)
+        line = Pipeline([("scale", scale), ("skill", skill)])
+        search = GridSearchCV(line, {"skill__regressor__gamma": [0.1, 1.0]}, n_jobs=2)
+        search.fit(frame, policies, sample_weight=weights)
+        how = {"params": {"sample_weight": weights}}
+        found = cross_val_predict(search.best_estimator_, frame, policies, **how)
+    points = StandardScaler().fit_transform(frame)
+    gamma = search.best_params_["skill__regressor__gamma"]
+    alone = KernelRidge(kernel="rbf", gamma=gamma).fit(points, policies, weights)
+    best = pickle.loads(pickle.dumps(search.best_estimator_))
+    np.testing.assert_allclose(best.predict(frame), alone.predict(points))
+    assert best.feature_names_in_.tolist() == ["angle", "mass"]
+    assert found.shape == policies.shape
+
+
+def test_polars_tables_are_taken_by_their_names():
+    polars = pytest.importorskip("polars")
+    X, y = polars.DataFrame({"angle": tasks[:, 0]}), polars.DataFrame(policies)
+    skill = ParameterizedSkill(None).fit(X, y)
+    assert skill.feature_names_in_.tolist() == ["angle"]
+    same = ParameterizedSkill(None).fit(tasks, policies)
+    np.testing.assert_array_equal(skill.predict(X), same.predict(tasks))
+    with pytest.raises(ValueError, match="feature names"):
+        skill.predict(X.rename({"angle": "angel"}))
+    assert SMCE(3).fit(y).feature_names_in_.tolist() == [*y.columns]
 
 
 def test_names_of_columns_are_kept_and_compared():

@@ -28,5 +28,6 @@ if TYPE_CHECKING:
     from msc.learn._skill import GATES, ParameterizedSkill, seeded_clone
     from msc.learn._smce import SMCE
     from msc.learn._spectral import cluster_graph, within_cluster_ss
+    from msc.learn._weights import validate_weights
 
 __all__, __getattr__, __dir__ = face(__name__, __file__)

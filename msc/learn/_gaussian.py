@@ -194,36 +194,38 @@ class GaussianProcess(_AtBounds, GaussianProcessRegressor):  # type: ignore[misc
         if self._eigen is None or (return_std and return_cov):  # both: an error
             return super().predict(X, return_std, return_cov)
         X = validate_data(self, X, reset=False, dtype=np.float64)
-        amplitude, _, noise = np.exp(self.kernel_.theta)
-        means, variances = np.empty((2, len(X)))
-        for some in gen_batches(len(X), _BATCH):
-            means[some], variances[some] = self._standardised(X[some], return_std)
-        means = self._y_train_mean + self._y_train_std * means
+        ((means, stds),) = predict_together([self], X, return_std)
         if return_cov:
+            amplitude, _, noise = np.exp(self.kernel_.theta)
             inside, outside = self._split(X)
             explained = (inside / self._damped) @ inside.T
             explained += outside @ outside.T / self._ratio
             cov = amplitude * (self.kernel_.k1.k2(X) - explained)
             cov[np.diag_indices_from(cov)] += noise
             return means, self._y_train_std**2 * cov
-        stds = np.sqrt(amplitude * np.maximum(variances, 0.0) + noise)
-        return (means, self._y_train_std * stds) if return_std else means
+        return (means, stds) if return_std else means
 
-    def _standardised(self, X: Array, return_std: bool) -> tuple[Array, Array]:
+    def _rows(self, X: Array) -> Array:
+        """Return rows of which each times `_Eigen.turn` is k(x)'U."""
+        rows = self.kernel_.k1.k2(X, self._eigen.nodes)
+        if self._eigen.root is None:
+            return np.asarray(rows)
+        return np.asarray(solve_triangular(self._eigen.root, rows.T, lower=True).T)
+
+    def _standardised(
+        self, X: Array, rows: Array, squares: Array | None
+    ) -> tuple[Array, Array]:
         """Return means of standardised targets, and variances over the amplitude."""
-        _, vectors, nodes, root, turn = self._eigen
-        rows = self.kernel_.k1.k2(X, nodes)  # rows @ turn = k(x)'U
-        if root is not None:
-            rows = solve_triangular(root, rows.T, lower=True).T
+        _, vectors, _, root, turn = self._eigen
         means = variances = rows @ (turn @ self._weights)
-        if return_std:
-            variances = 1.0 - (rows @ turn) ** 2 @ (1 / self._damped)
+        if squares is not None:
+            variances = 1.0 - squares @ (1 / self._damped)
         far = (rows**2).sum(axis=1) < 1.0 - _FAR
         if root is not None and far.any():  # from all nodes: rounding would be felt
             inside, outside = self._split(X[far])
             rest = self.y_train_ - vectors @ (self._damped * self._weights)
             means[far] = inside @ self._weights + outside @ rest / self._ratio
-            if return_std:
+            if squares is not None:
                 explained = inside**2 @ (1 / self._damped)
                 explained += (outside**2).sum(axis=1) / self._ratio
                 variances[far] = 1.0 - explained
@@ -234,6 +236,11 @@ class GaussianProcess(_AtBounds, GaussianProcessRegressor):  # type: ignore[misc
         rows = self.kernel_.k1.k2(X, self.X_train_)
         inside = rows @ self._eigen.vectors
         return inside, rows - inside @ self._eigen.vectors.T
+
+    @property
+    def is_decomposed(self) -> bool:
+        """Whether it was fitted by `fit_together`, not by scikit-learn."""
+        return self._eigen is not None
 
     def is_quick(self) -> bool:
         """Whether the kernel is amplitude times one length scale's, plus noise.
@@ -309,6 +316,31 @@ def fit_together(
             process.__dict__.pop(name, None)
         process.n_features_in_ = X.shape[1]
     return processes
+
+
+def predict_together(
+    processes: list[GaussianProcess], X: Array, return_std: bool
+) -> list[tuple[Array, Array]]:
+    """Return means and deviations by each, as if all alone; the latter if asked for.
+
+    What several processes of one length scale need of it is computed once.
+    """
+    found = [(np.empty(len(X)), np.empty(len(X))) for _ in processes]
+    for some in gen_batches(len(X), _BATCH):
+        known: dict[int, tuple[Array, Array | None]] = {}
+        for one, (means, stds) in zip(processes, found, strict=True):
+            shared = id(one._eigen)
+            if shared not in known:
+                rows = one._rows(X[some])
+                squares = (rows @ one._eigen.turn) ** 2 if return_std else None
+                known[shared] = rows, squares
+            mean, variance = one._standardised(X[some], *known[shared])
+            means[some] = one._y_train_mean + one._y_train_std * mean
+            if return_std:
+                amplitude, _, noise = np.exp(one.kernel_.theta)
+                spread = np.sqrt(amplitude * np.maximum(variance, 0.0) + noise)
+                stds[some] = one._y_train_std * spread
+    return found
 
 
 class _Eigen(NamedTuple):

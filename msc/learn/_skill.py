@@ -25,7 +25,7 @@ from sklearn.preprocessing import StandardScaler
 from sklearn.svm import SVC
 from sklearn.utils import get_tags
 from sklearn.utils._param_validation import HasMethods, StrOptions
-from sklearn.utils.validation import check_is_fitted
+from sklearn.utils.validation import check_is_fitted, has_fit_parameter
 
 from msc._checks import (
     RANDOM_STATE,
@@ -45,8 +45,10 @@ from msc.learn._gaussian import (
     fit_together,
     gaussian_classifier,
     gaussian_process,
+    predict_together,
 )
 from msc.learn._smce import SMCE
+from msc.learn._weights import validate_weights
 
 __all__ = ["ParameterizedSkill"]
 
@@ -193,7 +195,7 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
         super().set_params(**params)
         return self
 
-    def fit(self, X: Any, y: Any) -> Self:
+    def fit(self, X: Any, y: Any, sample_weight: Any = None) -> Self:
         """Find the charts of the policies; fit the gate and every chart's regressions.
 
         Parameters
@@ -203,6 +205,9 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
             unit; if it is far off, a warning says so.
         y : array-like of shape (n_tasks, n_params) or (n_tasks,)
             The policy that solves each task.
+        sample_weight : array-like of shape (n_tasks,), default=None
+            How much each task counts in the regressions, if these take weights; charts
+            and gate are found by all alike.
 
         Returns
         -------
@@ -213,12 +218,17 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
         ------
         ValueError
             If a parameter is unknown, there are fewer tasks than charts, `y` is not
-            finite, too large or too small, or the clusterer does not return a label for
-            each policy.
+            finite, too large or too small, the clusterer does not return a label for
+            each policy, or there are weights for a regressor that takes none, as
+            Gaussian processes do.
         """
         self._validate_params()
         X, y = validate_pairs(self, X, y)
         check_magnitude("y", y)
+        weights = None
+        if sample_weight is not None:
+            _check_takes_weights(self.regressor)
+            weights = validate_weights(sample_weight, len(X))
         if self.regressor is None or isinstance(self.regressor, GaussianProcess):
             warn_of_scale(X)
         self._is_single_output = y.ndim == 1
@@ -241,7 +251,13 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
         copies = find_copies(policies) if self.regressor is None else np.arange(len(X))
         charts = [self.charts_ == c for c in range(self.n_charts_)]
         known = [_once(X[here], policies[here], copies[here]) for here in charts]
-        plans = [self._plan(*given, spreads, seed) for given in known]
+        told = [
+            {} if weights is None else {"sample_weight": weights[c]} for c in charts
+        ]
+        plans = [
+            self._plan(*given, spreads, seed, more)
+            for given, more in zip(known, told, strict=True)
+        ]
         self.regressors_ = [models for models, _ in plans]
         fits, what = [fit for _, fits in plans for fit in fits], "regressions"
         if self.n_charts_ > 1:
@@ -253,7 +269,12 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
         return self
 
     def _plan(
-        self, tasks: Array, policies: Array, spreads: Array, seed: int
+        self,
+        tasks: Array,
+        policies: Array,
+        spreads: Array,
+        seed: int,
+        told: dict[str, Array],
     ) -> tuple[list[Any], list[Callable[[], Any]]]:
         """Return the regressions of a chart, and what fits them, step by step."""
         given = gaussian_process() if self.regressor is None else self.regressor
@@ -265,6 +286,7 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
             kernels = [WhiteKernel(spread**2, "fixed") for spread in spreads]
             options = {"optimizer": None, "normalize_y": True}
             models = [GaussianProcessRegressor(kernel, **options) for kernel in kernels]
+            told = {}
         elif len(tasks) == 2 and isinstance(given, GaussianProcessRegressor):
             for model in models:
                 model.set_params(optimizer=None)
@@ -273,7 +295,9 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
             return models, [fit]
         targets = policies.T if len(models) == policies.shape[1] else [policies]
         pairs = zip(models, targets, strict=True)
-        return models, [partial(model.fit, tasks, target) for model, target in pairs]
+        return models, [
+            partial(one.fit, tasks, target, **told) for one, target in pairs
+        ]
 
     def predict_chart(self, X: Any) -> Charts:
         """Tell which chart each task belongs to.
@@ -324,7 +348,10 @@ class ParameterizedSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # ty
         means, stds = np.empty((2, len(X), self._n_params))
         for c in np.unique(charts):
             here, models = charts == c, self.regressors_[c]
-            if not return_std:
+            if all(map(_is_decomposed, models)):
+                pairs = predict_together(models, X[here], return_std)
+                means[here], stds[here] = map(np.column_stack, zip(*pairs, strict=True))
+            elif not return_std:
                 found = [model.predict(X[here]) for model in models]
                 means[here] = np.column_stack(found)
             elif all(map(_returns_std, models)):
@@ -384,6 +411,17 @@ def _check_outputs(regressor: Any) -> None:
         )
 
 
+def _check_takes_weights(regressor: Any) -> None:
+    """Refuse a regressor whose `fit` knows no weights."""
+    given = gaussian_process() if regressor is None else regressor
+    if not has_fit_parameter(given, "sample_weight"):
+        name = "gaussian_process()" if regressor is None else repr(regressor)
+        raise ValueError(
+            f"regressor={name} takes no sample_weight: leave the weights out, or give "
+            "a regressor that does, as KernelRidge()."
+        )
+
+
 def _check_labels(clusterer: Any, policies: Array) -> NDArray[Any]:
     """Ask a clusterer for charts; refuse what is no label for each policy."""
     given = clusterer.fit_predict(policies.copy())  # which it may write into
@@ -401,6 +439,10 @@ def _check_labels(clusterer: Any, policies: Array) -> NDArray[Any]:
             f"{len(policies)} policies: a number, or all strings."
         )
     return np.array(labels.tolist())
+
+
+def _is_decomposed(regressor: Any) -> bool:
+    return isinstance(regressor, GaussianProcess) and regressor.is_decomposed
 
 
 def _is_number(label: Any) -> bool:

@@ -152,6 +152,8 @@ def _tell_worth(card: Card) -> str:
         f"was off by {share(choosing['error'])}: that is the figure for new tasks of "
         "this range"
     )
+    if not choosing["nested"]:
+        told += " (rows being many, what was compared had learned from the blocks)"
     if nothing_beats_the_mean(card):
         return f"{told}. From this table no policy can be told by its task for certain."
     surely = choosing["below_mean_low"] > 0

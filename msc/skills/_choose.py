@@ -20,6 +20,9 @@ from msc.skills._skill import TableSkill
 
 Array = NDArray[np.float64]
 
+MOST_NESTED = 10_000
+"""Rows up to which methods are fitted without pairs of folds: twice as many fits."""
+
 
 @dataclass(frozen=True)
 class Comparison:
@@ -38,7 +41,8 @@ class Comparison:
     chosen : str
         The simplest of those as good as the best, see `choose`.
     nested : ndarray of shape (n_blocks,)
-        The error of choosing: in each block, that of what was chosen by other folds.
+        The error of choosing: in each block, that of what was chosen by other folds;
+        by fits that had not seen it either, see `is_nested`.
     picks : tuple of str
         What was chosen so, fold by fold.
     curve : dict of str to dict of int to float
@@ -99,17 +103,23 @@ def choose(errors: Mapping[str, Array], sizes: NDArray[np.intp]) -> str:
     )
 
 
+def is_nested(blocks: Blocks) -> bool:
+    """Whether rows are few enough for fits without each pair of folds."""
+    return len(blocks.of_row) <= MOST_NESTED
+
+
 def plan_fits(
     skills: Mapping[str, TableSkill], blocks: Blocks, sizes: Sequence[int]
 ) -> list[tuple[str, tuple[int, ...], int]]:
     """List what is fitted: which method, without which folds, to at most how many.
 
-    Without each fold, for the errors; without each pair, for the choices from which a
-    fold was kept; and without each fold to fewer tasks, for the curve.
+    Without each fold, for the errors; without each pair, if rows are not too many, for
+    the choices from which a fold was kept; and without each fold to fewer tasks, for
+    the curve.
     """
     n_folds = blocks.n_folds
     single = [(fold,) for fold in range(n_folds)]
-    pairs = list(combinations(range(n_folds), 2))
+    pairs = list(combinations(range(n_folds), 2)) if is_nested(blocks) else []
     plan = [
         (name, left_out, skill.max_tasks)
         for left_out in [*single, *pairs]
@@ -154,6 +164,7 @@ def compare_methods(
 
     def gather(name: str, size: int, outer: int | None = None) -> Array:
         """Put together a method's errors, one a block; without what an outer had."""
+        outer = outer if is_nested(blocks) else None
         errors = np.full(len(blocks.folds), np.nan)
         for fold in range(n_folds):
             if fold != outer:

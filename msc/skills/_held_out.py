@@ -30,7 +30,7 @@ def judge_chosen(
     *,
     seed: int,
     run: Runner,
-    done: Callable[[], Any],
+    done: Callable[..., Any],
 ) -> tuple[dict[str, Any], LeftOut]:
     """Measure bands by the blocks, and the error if single rows were left out.
 

@@ -31,17 +31,23 @@ class Learner:
         Whether it is given circles unrolled.
     wants_cost : bool, default=False
         Whether it is given costs, and tried only where there are some.
+    takes_weights : bool, default=False
+        Whether tasks may count more or less.
+    has_std : bool, default=False
+        Whether it knows how sure it is of a policy, in the policy's unit.
     """
 
     build: Callable[[int, int], Any]
     takes_all: bool = False
     is_flat: bool = False
     wants_cost: bool = False
+    takes_weights: bool = False
+    has_std: bool = False
 
 
 def _compared(name: str) -> Learner:
     """Take a method of `msc.study`, charts by the elbow."""
-    return Learner(lambda _, seed: _build(name, seed))
+    return Learner(lambda _, seed: _build(name, seed), has_std=True)
 
 
 def _build(name: str, seed: int) -> Any:
@@ -58,7 +64,9 @@ def _forest(n_rows: int, seed: int) -> RandomForestRegressor:
 
 
 METHODS = {
-    "mean policy": Learner(lambda *_: DummyRegressor(), takes_all=True),
+    "mean policy": Learner(
+        lambda *_: DummyRegressor(), takes_all=True, takes_weights=True
+    ),
     "nearest neighbour": Learner(lambda *_: KNeighborsRegressor(1), takes_all=True),
     "four neighbours": Learner(
         lambda n_rows, _: KNeighborsRegressor(min(4, n_rows), weights="distance"),
@@ -69,16 +77,19 @@ METHODS = {
     ),
     "single, one kernel": _compared("single, one kernel"),
     "single regression": _compared("single regression"),
-    "CrKr": Learner(lambda _, seed: _build("CrKr", seed), wants_cost=True),
+    "CrKr": Learner(
+        lambda _, seed: _build("CrKr", seed), wants_cost=True, takes_weights=True
+    ),
     "charts, one kernel": _compared("charts, one kernel"),
     "charts": _compared("charts"),
     "charts, k-means": _compared("charts, k-means"),
-    "random forest": Learner(_forest, takes_all=True),
+    "random forest": Learner(_forest, takes_all=True, takes_weights=True),
     "boosted trees": Learner(
         lambda _, seed: MultiOutputRegressor(
             HistGradientBoostingRegressor(random_state=seed)
         ),
         takes_all=True,
+        takes_weights=True,
     ),
 }
 """All that are compared, by name; of those as good as each other the first is chosen.

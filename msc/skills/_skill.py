@@ -8,6 +8,7 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 from numpy.typing import NDArray
+from sklearn import config_context
 from sklearn.base import BaseEstimator, MultiOutputMixin, RegressorMixin
 from sklearn.neighbors import NearestNeighbors
 from sklearn.utils import gen_batches
@@ -23,10 +24,11 @@ from msc._checks import (
     validate_pairs,
     validate_points,
 )
-from msc.learn import ParameterizedSkill
+from msc.learn import ParameterizedSkill, validate_weights
 from msc.skills._methods import METHODS, PAPER
 from msc.skills._scale import DECIMALS, TaskScale
 from msc.skills._subsample import spread_out
+from msc.skills._trees import quicken
 
 Array = NDArray[np.float64]
 Charts = NDArray[np.intp]
@@ -119,7 +121,7 @@ class TableSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: igno
         self.max_tasks = max_tasks
         self.random_state = random_state
 
-    def fit(self, X: Any, y: Any, cost: Any = None) -> Self:
+    def fit(self, X: Any, y: Any, cost: Any = None, sample_weight: Any = None) -> Self:
         """Learn from solved tasks.
 
         Parameters
@@ -130,6 +132,9 @@ class TableSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: igno
             The policy that solved each.
         cost : array-like of shape (n_tasks,), optional
             What was paid for each, positive; "CrKr" trusts costly ones less.
+        sample_weight : array-like of shape (n_tasks,), optional
+            How much each task counts, for the methods that take weights: the mean,
+            "CrKr" and trees. Scales are those of all tasks alike.
 
         Returns
         -------
@@ -139,8 +144,8 @@ class TableSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: igno
         Raises
         ------
         ValueError
-            If a parameter is unknown, a period is not positive or of no column, or the
-            data are not finite or not as the method needs them.
+            If a parameter is unknown, a period is not positive or of no column, the
+            data are not finite or not as the method needs them, or it takes no weights.
         """
         self._validate_params()
         names = getattr(y, "columns", None)
@@ -169,13 +174,28 @@ class TableSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: igno
         if cost is not None and has_fit_parameter(model, "cost"):
             costs = validate_cost(cost, len(X))[self.rows_][own]
             told["cost"] = costs / costs.mean()
-        self.model_ = model.fit(points, targets, **told)
+        if sample_weight is not None:
+            weights = self._read_weights(sample_weight, len(X))
+            told["sample_weight"] = weights[self.rows_]
+        # Weights are for the method, whatever its parts ask to be given.
+        with config_context(enable_metadata_routing=False):
+            self.model_ = model.fit(points, targets, **told)
         self.doubt_: Any = None
         self.voters_ = None
         if isinstance(model, ParameterizedSkill) and model.n_charts_ > 1:
             n_votes = min(N_VOTES, len(points))
             self.voters_ = NearestNeighbors(n_neighbors=n_votes).fit(points)
         return self
+
+    def _read_weights(self, sample_weight: Any, n_tasks: int) -> Array:
+        """Return the weights, if the method takes some."""
+        if not METHODS[self.method].takes_weights:
+            some = [name for name, one in METHODS.items() if one.takes_weights]
+            raise ValueError(
+                f"method={self.method!r} takes no sample_weight: leave weights out, "
+                f"or wanted one of {some}"
+            )
+        return validate_weights(sample_weight, n_tasks)
 
     def _read_periods(self, n_columns: int) -> tuple[float | None, ...]:
         """Return the period of each column, or None."""
@@ -209,11 +229,12 @@ class TableSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: igno
         check_is_fitted(self)
         X = validate_points(self, X, reset=False)
         means, stds = np.empty((2, len(X), len(self.centers_)))
+        model = quicken(self.model_, len(X))
         for some, points in self._batches(X, METHODS[self.method].is_flat):
             if return_std and self.has_std:
-                found, stds[some] = self.model_.predict(points, return_std=True)
+                found, stds[some] = model.predict(points, return_std=True)
             else:
-                found, stds[some] = self.model_.predict(points), np.nan
+                found, stds[some] = model.predict(points), np.nan
             means[some] = np.reshape(found, (len(points), -1))
         means, stds = self.centers_ + self.spreads_ * means, self.spreads_ * stds
         if self._is_single_output:
@@ -223,7 +244,7 @@ class TableSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: igno
     @property
     def has_std(self) -> bool:
         """Whether the method knows how sure it is of a policy."""
-        return isinstance(self.model_, ParameterizedSkill)  # CrKr's has no unit
+        return METHODS[self.method].has_std
 
     def predict_chart(self, X: Any) -> tuple[Charts, Array]:
         """Tell which chart each task belongs to, and how sure that is.

@@ -28,6 +28,7 @@ from msc._checks import (
     warn_of_scale,
 )
 from msc._parallel import tell
+from msc.learn import validate_weights
 
 Array = NDArray[np.float64]
 
@@ -117,7 +118,7 @@ class CrKR(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: ignore[mis
         self.tune = tune
         self.verbose = verbose
 
-    def fit(self, X: Any, y: Any, cost: Any = None) -> Self:
+    def fit(self, X: Any, y: Any, cost: Any = None, sample_weight: Any = None) -> Self:
         """Fit the regression.
 
         Parameters
@@ -128,6 +129,9 @@ class CrKR(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: ignore[mis
             Policies.
         cost : array-like of shape (n_tasks,), default=None
             Positive cost of each policy: the diagonal of C. None: one for all.
+        sample_weight : array-like of shape (n_tasks,), default=None
+            How often each task counts: its cost is divided by it, which makes the mean
+            that of so many copies. Tasks of weight zero are left out.
 
         Returns
         -------
@@ -137,13 +141,17 @@ class CrKR(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: ignore[mis
         Raises
         ------
         ValueError
-            If a parameter is out of range, or a cost is not positive.
+            If a parameter is out of range, a cost is not positive or a weight negative.
         LinAlgError
             If the ridge is lost in rounding, so that no inverse exists.
         """
         self._validate_params()
         X, y = validate_pairs(self, X, y)
         costs = np.ones(len(X)) if cost is None else validate_cost(cost, len(X))
+        if sample_weight is not None:
+            weights = validate_weights(sample_weight, len(X))
+            counts = weights > 0
+            X, y, costs = X[counts], y[counts], costs[counts] / weights[counts]
         self.X_fit_ = X.copy()
         self.length_scale_, self.ridge_ = float(self.length_scale), float(self.ridge)
         if self.tune:
