@@ -60,8 +60,8 @@ from press._pages import (
     with_provenance,
     without_lines,
     write_gallery,
-    write_opening,
     write_reference,
+    write_shown,
     write_vectors,
 )
 
@@ -353,7 +353,7 @@ def _stage(
         notebook = with_provenance(chapter, pictures[chapter.name], subject, address)
         write_notebook(notebook, book / f"{chapter.name}.ipynb")
     write_gallery([one for own in pictures.values() for one in own], book)
-    write_opening([chapter.notebook for chapter in chapters], book)
+    write_shown([chapter.notebook for chapter in chapters], book)
     write_edition(root, book, config)
     write_reference(root, stage, _notebooks(root), subject)
     for name, text in subject.fragments.items():

@@ -6,8 +6,9 @@ that `equations.md` names), so that no page holds a copy that could grow old:
 - under every figure a caption, unless its chapter has one for it, what made it, and the
   one command that makes it again; the figure as a file to download, and small on one
   page, `figures_gallery.md`;
-- `opening.html`, the drawing that opens the book: what the cell tagged `opening` of
-  some chapter showed, as the first page runs no code;
+- `opening.html`, the drawing that opens the book, and `matrix.html`, its answers at a
+  glance: what cells tagged `opening` and `matrix` of some chapters showed, as the first
+  page runs no code;
 - `parameters_tables.md`, `commands_help.md` and `tests_sources.md`.
 """
 
@@ -50,7 +51,7 @@ from press._parameters import Parameter
 SVG, PNG, HTML = "image/svg+xml", "image/png", "text/html"
 SECONDS_JS = "seconds.js"
 GALLERY = "figures_gallery.md"
-OPENING = "opening.html"
+SHOWN = {"opening": "opening.html", "matrix": "matrix.html"}
 PARAMETERS = "parameters_tables.md"
 COMMANDS_PAGE = "commands_help.md"
 TESTS = "tests_sources.md"
@@ -207,19 +208,21 @@ def _option(text: str) -> str:
     return json.dumps(" ".join(text.split()), ensure_ascii=False)
 
 
-def write_opening(runs: Iterable[Notebook], folder: Path) -> None:
-    """Write what the one cell tagged `opening`, if there is one, showed as HTML."""
-    cells = [
-        cell for run in runs for cell in code_cells(run) if "opening" in tags(cell)
-    ]
-    if not cells:
-        return
-    if len(cells) > 1:
-        raise ValueError(f"{len(cells)} cells are tagged 'opening'; wanted one at most")
-    if not (drawings := shown(cells[0], HTML)):
-        line = source(cells[0]).strip().splitlines()[-1]
-        raise ValueError(f"the cell tagged 'opening' ({line}) shows no HTML")
-    (folder / OPENING).write_text(drawings[-1], encoding="utf-8")
+def write_shown(runs: Iterable[Notebook], folder: Path) -> None:
+    """Write what cells showed as HTML that first pages begin with, by their tags."""
+    runs = list(runs)
+    for tag, name in SHOWN.items():
+        cells = [cell for run in runs for cell in code_cells(run) if tag in tags(cell)]
+        if not cells:
+            continue
+        if len(cells) > 1:
+            raise ValueError(
+                f"{len(cells)} cells are tagged {tag!r}; wanted one at most"
+            )
+        if not (drawings := shown(cells[0], HTML)):
+            line = source(cells[0]).strip().splitlines()[-1]
+            raise ValueError(f"the cell tagged {tag!r} ({line}) shows no HTML")
+        (folder / name).write_text(drawings[-1], encoding="utf-8")
 
 
 # Where a figure comes from

@@ -1,21 +1,21 @@
-"""The drawing that opens the book comes from the one cell that is tagged."""
+"""What the first page shows comes from the cells that are tagged, one a tag."""
 
 import pytest
 
-from press._pages import write_opening
+from press._pages import SHOWN, write_shown
 
 SLIDER = {"data": {"text/html": ["<div>\n", "</div>"], "image/png": "…"}}
 WORDS = {"output_type": "stream", "text": "words"}
 
 
-def run(*cells):
+def run(tag, *cells):
     """Return a chapter with its outputs: a cell for each list of them."""
     return {
         "cells": [
             {
                 "cell_type": "code",
                 "source": "import this\nshow(it)",
-                "metadata": {"tags": ["hide-input", "opening"] if outputs else []},
+                "metadata": {"tags": ["hide-input", tag] if outputs else []},
                 "outputs": outputs,
             }
             for outputs in cells
@@ -23,21 +23,31 @@ def run(*cells):
     }
 
 
-def test_the_tagged_cell_is_written(tmp_path):
-    write_opening([run([]), run([], [WORDS, SLIDER])], tmp_path)
-    assert (tmp_path / "opening.html").read_text("utf-8") == "<div>\n</div>"
+@pytest.mark.parametrize("tag", SHOWN)
+def test_the_tagged_cell_is_written(tmp_path, tag):
+    write_shown(iter([run(tag, []), run(tag, [], [WORDS, SLIDER])]), tmp_path)
+    (written,) = tmp_path.iterdir()
+    assert written.name == f"{tag}.html"
+    assert written.read_text("utf-8") == "<div>\n</div>"
+
+
+def test_each_tag_has_its_file(tmp_path):
+    write_shown([run("opening", [SLIDER]), run("matrix", [SLIDER])], tmp_path)
+    assert {one.name for one in tmp_path.iterdir()} == set(SHOWN.values())
 
 
 def test_a_book_may_have_none(tmp_path):
-    write_opening([run([])], tmp_path)
+    write_shown([run("opening", [])], tmp_path)
     assert not list(tmp_path.iterdir())
 
 
-def test_two_are_refused(tmp_path):
-    with pytest.raises(ValueError, match=r"2 cells are tagged 'opening'; wanted one"):
-        write_opening([run([SLIDER]), run([SLIDER])], tmp_path)
+@pytest.mark.parametrize("tag", SHOWN)
+def test_two_are_refused(tmp_path, tag):
+    with pytest.raises(ValueError, match=rf"2 cells are tagged '{tag}'; wanted one"):
+        write_shown([run(tag, [SLIDER]), run(tag, [SLIDER])], tmp_path)
 
 
-def test_a_cell_without_html_is_refused(tmp_path):
-    with pytest.raises(ValueError, match=r"'opening' \(show\(it\)\) shows no HTML"):
-        write_opening([run([WORDS])], tmp_path)
+@pytest.mark.parametrize("tag", SHOWN)
+def test_a_cell_without_html_is_refused(tmp_path, tag):
+    with pytest.raises(ValueError, match=rf"'{tag}' \(show\(it\)\) shows no HTML"):
+        write_shown([run(tag, [WORDS])], tmp_path)
