@@ -17,6 +17,7 @@ import numpy as np
 import pandas as pd
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullLocator
 from numpy.typing import ArrayLike, NDArray
 
 from msc.data import Dataset
@@ -343,12 +344,13 @@ def plot_families(verdicts: Verdicts, questions: Sequence[Question]) -> Figure:
         A row a question, in it a mark a family: the mean of its worlds' ratios, with
         its interval.
     """
-    figure, axis = plt.subplots(figsize=(7.4, 0.62 * len(questions) + 0.8))
     families = [
         name
         for name in FAMILY_WORDS
         if any(name in verdicts["families"][one.id] for one in questions)
     ]
+    height = (0.2 + 0.07 * len(families)) * len(questions) + 0.8
+    figure, axis = plt.subplots(figsize=(7.4, height))
     for number, name in enumerate(families):
         shift = 0.7 * ((number + 0.5) / len(families) - 0.5)
         look: dict[str, Any] = {
@@ -365,7 +367,9 @@ def plot_families(verdicts: Verdicts, questions: Sequence[Question]) -> Figure:
             axis.plot(one.value, row + shift, ls="", ms=4.5, label=label, **look)
             label = ""
     axis.axvline(1, color="0.3", lw=1, ls="--")
-    axis.set(xscale="log", xlabel="error of the first over error of the second")
+    axis.set(xscale="log", xlabel="error of charts over that of the other")
+    axis.xaxis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    axis.xaxis.set_minor_locator(NullLocator())
     axis.xaxis.set_major_formatter("{x:g}")
     words = [QUESTION_WORDS[one.id] for one in questions]
     axis.set_yticks(range(len(questions)), words)
