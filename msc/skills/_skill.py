@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator, Mapping
 from numbers import Integral
 from typing import Any, ClassVar, Self
@@ -10,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from sklearn import config_context
 from sklearn.base import BaseEstimator, MultiOutputMixin, RegressorMixin
+from sklearn.exceptions import DataConversionWarning
 from sklearn.neighbors import NearestNeighbors
 from sklearn.utils import gen_batches
 from sklearn.utils._param_validation import Interval, StrOptions
@@ -178,7 +180,8 @@ class TableSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: igno
             weights = self._read_weights(sample_weight, len(X))
             told["sample_weight"] = weights[self.rows_]
         # Weights are for the method, whatever its parts ask to be given.
-        with config_context(enable_metadata_routing=False):
+        with config_context(enable_metadata_routing=False), warnings.catch_warnings():
+            warnings.simplefilter("ignore", DataConversionWarning)  # a column is one
             self.model_ = model.fit(points, targets, **told)
         self.doubt_: Any = None
         self.voters_ = None
