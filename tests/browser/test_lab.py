@@ -107,6 +107,7 @@ def wait_until(holds):
 def run_and_save(page, file):
     """Run all cells, save until all have run, and return what they showed."""
     before = file.read_bytes()
+    page.locator(".jp-Notebook-ExecutionIndicator[data-status=idle]").wait_for()
     page.get_by_role("menuitem", name="Run", exact=True).click()
     page.get_by_text("Run All Cells", exact=True).click()
 
