@@ -7,9 +7,7 @@ contact, nor of what motors do.
 
 from __future__ import annotations
 
-import base64
 import html
-import io
 import json
 from dataclasses import dataclass
 from pathlib import Path
@@ -21,7 +19,7 @@ from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from msc.plots._slider import poster
-from msc.plots._style import TRIO, WEIGHT_NAMES
+from msc.plots._style import TRIO, WEIGHT_NAMES, encode_png
 from msc.plots._world import draw_arm, draw_world
 from msc.robot import (
     DAMPING,
@@ -77,10 +75,10 @@ class PathInHand:
 
     def _repr_mimebundle_(self, **_: Any) -> dict[str, Any]:
         """Show the page's HTML, or a picture where there is none."""
-        png = self._png()
+        png = encode_png(self.poster)
         return {
             "text/html": self.to_html(png),
-            "image/png": base64.b64encode(png).decode(),
+            "image/png": png,
             "text/plain": self._alt,
         }
 
@@ -131,9 +129,9 @@ class PathInHand:
             "policy": self.policy,
         }
 
-    def to_html(self, png: bytes | None = None) -> str:
-        """Write a piece of HTML that needs no other file, with the picture (PNG)."""
-        image = base64.b64encode(png or self._png()).decode()
+    def to_html(self, png: str | None = None) -> str:
+        """Write a piece of HTML that needs no other file; the picture in base 64."""
+        image = png or encode_png(self.poster)
         task = (
             '<label>task <input name="task" type="range" min="0" max="359" '
             f'value="{round(self.task_deg) % 360}" autocomplete="off"><b></b></label>'
@@ -159,11 +157,6 @@ class PathInHand:
             f"<script>({_SCRIPT.read_text(encoding='utf-8').strip()})"
             f"(document.currentScript.previousElementSibling,{data});</script>"
         )
-
-    def _png(self) -> bytes:
-        file = io.BytesIO()
-        self.poster.savefig(file, format="png", dpi=110, metadata={"Software": None})
-        return file.getvalue()
 
 
 @poster

@@ -6,9 +6,7 @@ inline, and as a picture where there is no script.
 
 from __future__ import annotations
 
-import base64
 import html
-import io
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -25,7 +23,7 @@ from matplotlib.ticker import LogLocator, NullLocator
 
 from msc.estimates import Estimate, rounded
 from msc.plots._ratios import draw_ratio
-from msc.plots._style import COLOURS, SMALL, styled
+from msc.plots._style import COLOURS, SMALL, encode_png, styled
 from msc.plots._tables import SIGNS, WORLD_TITLES, Stored
 from msc.study import MEASURES, METHODS, find_cell
 
@@ -286,9 +284,7 @@ class Leaderboard:
 
     def _repr_mimebundle_(self, **_: Any) -> dict[str, Any]:
         """Show the page's HTML, or the poster where there is none."""
-        file = io.BytesIO()
-        self.poster.savefig(file, format="png", dpi=110, metadata={"Software": None})
-        image = base64.b64encode(file.getvalue()).decode()
+        image = encode_png(self.poster)
         return {
             "text/html": self.to_html(image),
             "image/png": image,

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import base64
 import html
-import io
 import json
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -23,7 +22,7 @@ from numpy.typing import ArrayLike
 from msc.plots._report import LOOKS
 from msc.plots._skill import execute_all
 from msc.plots._slider import poster
-from msc.plots._style import CHART_COLOURS, METHOD_STYLES, Array
+from msc.plots._style import CHART_COLOURS, METHOD_STYLES, Array, encode_png
 from msc.plots._world import draw_links, draw_world, square_around
 from msc.robot import Arm, Workspace, forward_kinematics
 from msc.study import Experiment
@@ -71,12 +70,9 @@ class Reach:
 
     def _repr_mimebundle_(self, **_: Any) -> dict[str, Any]:
         """Show the page's HTML, or a picture where there is none."""
-        file = io.BytesIO()
-        figure = _draw_first(self)
-        figure.savefig(file, format="png", dpi=110, metadata={"Software": None})
         return {
             "text/html": self.to_html(),
-            "image/png": base64.b64encode(file.getvalue()).decode(),
+            "image/png": encode_png(_draw_first(self)),
             "text/plain": self.told,
         }
 

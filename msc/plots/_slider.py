@@ -8,9 +8,7 @@ script: on paper, or with JavaScript off.
 
 from __future__ import annotations
 
-import base64
 import html
-import io
 import json
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -24,7 +22,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from msc.plots._style import styled
+from msc.plots._style import encode_png, styled
 
 SCALE = 1000  # of coordinates, relative to a panel's width: as fine as a screen
 DEPTHS = {"never": 0, "step": 1, "time": 2}  # of lists of points
@@ -106,16 +104,16 @@ class Slider:
 
     def _repr_mimebundle_(self, **_: Any) -> dict[str, Any]:
         """Show the page's HTML, or the poster where there is none."""
-        png = self._png()
+        png = encode_png(self.poster)
         return {
             "text/html": self.to_html(png),
-            "image/png": base64.b64encode(png).decode(),
+            "image/png": png,
             "text/plain": f"a slider over {self.name}: {self.poster_alt}",
         }
 
-    def to_html(self, png: bytes | None = None) -> str:
-        """Write a piece of HTML that needs no other file, with the poster (PNG)."""
-        image = base64.b64encode(png or self._png()).decode()
+    def to_html(self, png: str | None = None) -> str:
+        """Write a piece of HTML that needs no other file, with the poster (base 64)."""
+        image = png or encode_png(self.poster)
         canvases = "".join(
             f'<canvas role="img" aria-label="{html.escape(panel.alt)}"></canvas>'
             for panel in self.panels
@@ -142,11 +140,6 @@ class Slider:
             "(document.currentScript.previousElementSibling,"
             f"{data});</script>"
         )
-
-    def _png(self) -> bytes:
-        file = io.BytesIO()
-        self.poster.savefig(file, format="png", dpi=110, metadata={"Software": None})
-        return file.getvalue()
 
     def _data(self) -> dict[str, Any]:
         """Return what the script reads."""

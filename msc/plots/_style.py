@@ -8,6 +8,8 @@ red for goals; the view at a slant has its own, in `_film`.
 
 from __future__ import annotations
 
+import base64
+import io
 from collections.abc import Callable
 from functools import wraps
 from typing import Any, ParamSpec, SupportsIndex
@@ -87,6 +89,14 @@ def widen(values: Array, share: float) -> tuple[float, float]:
     """Return bounds of values with a share of their range added at either end."""
     margin = share * np.ptp(values)
     return float(values.min() - margin), float(values.max() + margin)
+
+
+def encode_png(figure: Figure, **look: Any) -> str:
+    """Draw a figure as PNG (base 64), the same bytes each time."""
+    file = io.BytesIO()
+    look = {"dpi": 110, "metadata": {"Software": None}, **look}
+    figure.savefig(file, format="png", **look)
+    return base64.b64encode(file.getvalue()).decode()
 
 
 def styled(draw: Callable[_P, Figure]) -> Callable[_P, Figure]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import base64
 import hashlib
 import html
 import io
@@ -12,7 +11,9 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-_DPI = 150  # as of other figures
+from msc.plots._style import encode_png
+
+_LOOK: Any = {"dpi": 150, "bbox_inches": "tight"}  # as of other figures
 
 
 @dataclass(frozen=True)
@@ -41,9 +42,13 @@ class Switch:
                 f"figures: {len(self.figures)} of them; wanted two at least"
             )
 
+    def _draw(self) -> dict[str, str]:
+        """Draw all figures (base 64)."""
+        return {name: encode_png(one, **_LOOK) for name, one in self.figures.items()}
+
     def _repr_mimebundle_(self, **_: Any) -> dict[str, Any]:
         """Show the page's HTML, or the first figure where there is none."""
-        pictures = {label: _draw(figure) for label, figure in self.figures.items()}
+        pictures = self._draw()
         file = io.StringIO()
         first = next(iter(self.figures.values()))
         first.savefig(file, format="svg", bbox_inches="tight", metadata={"Date": None})
@@ -68,7 +73,7 @@ class Switch:
             Buttons of one choice, and after all of them the pictures in their order.
         """
         if pictures is None:
-            pictures = {label: _draw(figure) for label, figure in self.figures.items()}
+            pictures = self._draw()
         together = hashlib.sha256("".join(pictures.values()).encode())
         group = f"switch-{together.hexdigest()[:8]}"
         buttons = "".join(
@@ -88,11 +93,3 @@ class Switch:
             f'<div class="msc-switch" role="group" aria-label="{name}">'
             f"<span>{name}</span>{buttons}{views}</div>"
         )
-
-
-def _draw(figure: Figure) -> str:
-    """Draw a figure as PNG (base 64)."""
-    file = io.BytesIO()
-    look: Any = {"dpi": _DPI, "bbox_inches": "tight"}
-    figure.savefig(file, format="png", metadata={"Software": None}, **look)
-    return base64.b64encode(file.getvalue()).decode()

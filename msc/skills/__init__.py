@@ -13,6 +13,7 @@ was read, found and measured, fit for JSON.
     `fit_table`          all of it; `save_fit` writes it, `Fit` is what it returns
     `load_skill`         a skill from its file; `save_skill` writes one
     `predict_table`      a file of new tasks -> a file of policies
+    `load_crepes`        what makes conformal bands, if the extra is there
     ===================  ==========================================================
 """
 
@@ -21,6 +22,7 @@ from typing import TYPE_CHECKING
 from press import face
 
 if TYPE_CHECKING:
+    from msc.skills._bands import load_crepes
     from msc.skills._fit import Fit, check_folder, fit_table, save_fit
     from msc.skills._methods import METHODS
     from msc.skills._predict import predict_table

@@ -87,7 +87,7 @@ class Doubt(BaseEstimator):  # type: ignore[misc]
 
 def find_halves(missed: Array, scales: Array) -> Array:
     """Return by column where conformal bands of unit scale end; NaN: too few errors."""
-    conformal, ends = _load_crepes(), []
+    conformal, ends = load_crepes(), []
     for errors, sigmas in zip(missed.T, scales.T, strict=True):
         model = conformal().fit(errors, sigmas=sigmas)
         with warnings.catch_warnings():
@@ -99,8 +99,19 @@ def find_halves(missed: Array, scales: Array) -> Array:
     return np.where(np.isfinite(ends), ends, np.nan)
 
 
-def _load_crepes() -> Any:
-    """Return the class that makes conformal bands, or say that it is an extra."""
+def load_crepes() -> Any:
+    """Return the class that makes conformal bands, which an extra brings.
+
+    Returns
+    -------
+    type
+        `crepes.ConformalRegressor`.
+
+    Raises
+    ------
+    ValueError
+        If the extra is not installed.
+    """
     try:
         from crepes import ConformalRegressor  # noqa: PLC0415
     except ImportError:

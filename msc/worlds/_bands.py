@@ -19,6 +19,7 @@ from scipy.stats import norm
 from msc.data import Dataset
 from msc.estimates import Estimate, six_digits
 from msc.robot import Workspace
+from msc.skills import load_crepes
 from msc.study import execute_policies, fit_methods
 from msc.worlds._draw import family_of
 from msc.worlds._each import fill
@@ -215,24 +216,13 @@ def conformal_halves(
         held = chosen[folds == k]
         means, own = fit(chosen[folds != k]).predict(grid.tasks[held], return_std=True)
         errors[folds == k], scales[folds == k] = grid.policies[held] - means, own
-    halves, conformal = np.empty_like(stds), _load_crepes()
+    halves, conformal = np.empty_like(stds), load_crepes()
     for weight, column in enumerate(halves.T):
         model = conformal().fit(errors[:, weight], sigmas=scales[:, weight])
         own = stds[:, weight]
         bands = model.predict_int(np.zeros(len(own)), sigmas=own, confidence=LEVEL)
         column[:] = bands[:, 1]
     return halves
-
-
-def _load_crepes() -> Any:
-    """Return the class that makes conformal bands, or say that it is an extra."""
-    try:
-        from crepes import ConformalRegressor  # noqa: PLC0415
-    except ImportError:
-        raise ValueError(
-            "conformal bands need crepes; wanted the extra, pip install 'msc[skills]'"
-        ) from None
-    return ConformalRegressor
 
 
 def _summarise(
