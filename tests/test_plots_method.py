@@ -136,7 +136,7 @@ def test_the_slider_changes_one_weight_alone(arm):
     assert len(data["labels"]) == 3
     film = next(mark for mark in plane["marks"] if mark["varies"] == "time")
     assert len(film["points"][0]) == data["n_times"] == 23
-    assert force["y_label"] == "force f of y"
+    assert force["y_label"] == "push f of y"
     assert costs["x_ticks"] == [-20, 0, 20]
 
 

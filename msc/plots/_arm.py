@@ -318,7 +318,7 @@ def _force_panel(arm: Arm, policies: Array, weight: int) -> Panel:
             Mark("line", moving, "step", colour=TRIO[0], width=2.5),
         ],
         x_label="time (s)",
-        y_label=f"force f of {'xy'[dimension]}",
+        y_label=f"push f of {'xy'[dimension]}",
         x_ticks=(0, 0.5, 1),
         y_ticks=(round(low), 0, round(high)),
     )
