@@ -24,7 +24,7 @@ from press import replace_file
 
 SIZE = 24  # training tasks
 EVERY = 6  # time steps from one pose that is kept to the next: a tenth of a second
-TICK = 4e-4  # rad; the end of the arm is a third of a millimetre off at most
+TICK = 4e-4  # rad; the end of the arm is 0.4 mm off at most
 SEARCHED = "searched"
 MOVED = (
     "charts",
