@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from msc.plots._reach_page import (
     REACH_SCRIPT,
@@ -55,6 +56,22 @@ class Layouts:
             "text/plain": f"{len(self.reaches)} worlds, first {first.told}",
         }
 
+    @property
+    def error_cm(self) -> pd.DataFrame:
+        """What is left to the goals (cm): a column a method, a row a world and task.
+
+        The index has the world, the task (degrees), and its place: "beside a jump", not
+        farther from one than training tasks lie apart, or "away".
+        """
+        tables = []
+        for name, one in self.reaches.items():
+            turns = one.degrees[:, None] - np.array(one.jumps) + 180
+            beside = (np.abs(turns % 360 - 180) <= 360 / len(one.trained)).any(axis=1)
+            places = np.where(beside, "beside a jump", "away")
+            index = {"layout": name, "task_deg": one.degrees, "place": places}
+            tables.append(pd.DataFrame({**one.error_cm, **index}).set_index([*index]))
+        return pd.concat(tables)
+
     def to_html(self) -> str:
         """Write a piece of HTML that needs no other file."""
         name, first = next(iter(self.reaches.items()))
@@ -63,11 +80,11 @@ class Layouts:
             {"name": name, "told": self.told[name], **one.data}
             for name, one in self.reaches.items()
         ]
+        told, link = map(html.escape, (f"{name}: {self.told[name]}", name))
         return (
             '<div class="msc-layouts"><fieldset><legend>Choose a layout</legend>'
-            f"{strip}</fieldset>{first.draw()}"
-            f"<p><span>{html.escape(f'{name}: {self.told[name]}')}</span> "
-            f'<a href="#{html.escape(name)}">More of it</a></p></div>'
+            f"{strip}</fieldset><p><span>{told}</span> · "
+            f'<a href="#{link}">more of it</a></p>{first.draw()}</div>'
             f"<script>({_SCRIPT})(document.currentScript.previousElementSibling,"
             f"{write(worlds)},{REACH_SCRIPT});</script>"
         )
@@ -82,7 +99,7 @@ class Layouts:
             f'<label id="{DRAG}{label}" title="{words}">'
             f'<input type="radio" name="msc-layout" aria-label="{label}"{first} '
             f'autocomplete="off"><svg viewBox="{one.box}" aria-hidden="true">'
-            f"<g>{''.join(still)}</g></svg><span>{label[-2:]}</span></label>"
+            f'<g>{"".join(still)}<text dy=".35em">{label[-2:]}</text></g></svg></label>'
         )
 
 

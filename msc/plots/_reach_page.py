@@ -155,7 +155,8 @@ class Reach:
         world = self.world
         ticks = np.stack([f * world.target(self.trained) for f in (1, 1.06)], axis=1)
         known = "".join(map(_path, ticks))
-        parts = [*draw_round(world), f'<path class="msc-known" d="{known}"/>']
+        parts = ['<circle r="2"/>', *draw_round(world)]  # the first is the base
+        parts += [f'<path class="msc-known" d="{known}"/>']
         parts += self._arcs()
         parts += draw_jumps(world, self.jumps, (0.86, 1.24))
         return "".join(parts)
@@ -262,10 +263,9 @@ def write(data: Any) -> str:
 
 
 def draw_round(world: Workspace) -> list[str]:
-    """Draw the circle of goals, the base and obstacles."""
+    """Draw the circle of goals, and obstacles."""
     return [
         f'<circle r="{100 * world.goal_radius:g}" class="msc-goals"/>',
-        '<circle r="2"/>',
         *(
             f'<circle cx="{100 * x:g}" cy="{-100 * y:g}" r="{100 * r:g}"/>'
             for x, y, r in world.circles
