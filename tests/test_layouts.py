@@ -99,6 +99,17 @@ def test_what_is_told_of_a_movement_is_what_was_found(worlds):
         assert words + ", touched" * charts["touched"][step] in world["words"]
 
 
+def test_beside_a_jump_is_within_what_training_tasks_lie_apart(layouts):
+    table = layouts.error_cm
+    kept = found("jumps_layout07")["jumps"]  # one, at 4.88°
+    assert [one["is_jump"] for one in kept] == [True, False]
+    own = table.xs("layout07").xs("beside a jump", level="place")
+    assert own.index.tolist() == [0.5, 6.5, 12.5, 18.5, 354.5]
+    assert len(table) == 60 * len(NAMES)
+    errors = found("moves_layout07")["methods"]["CrKr"]["error_cm"]
+    assert table.xs("layout07")["CrKr"].tolist() == errors
+
+
 def test_it_needs_no_other_file_and_little_room(page):
     assert not re.search(r"https?:|src=|<link|<use", page)
     assert len(page) / len(NAMES) * 24 < 1_500_000

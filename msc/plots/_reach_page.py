@@ -72,7 +72,7 @@ class Reach:
     first: int  # which goal
     jumps: Sequence[float] = ()  # of the policies, where on the circle (degrees)
     charts: NDArray[np.intp] | None = None  # that goals are given to: (n_goals,)
-    frame: tuple[float, float, float] | None = None  # left, top, width (m); None: close
+    frame: tuple[float, float, float] | None = None  # left, top, width (m); None: tight
 
     def _repr_mimebundle_(self, **_: Any) -> dict[str, Any]:
         """Show the page's HTML, or a picture where there is none."""
