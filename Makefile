@@ -104,7 +104,7 @@ savings: $(STAMP) ## search from what methods predict, and from scratch (about a
 	$(BIN) -m msc savings --jobs $(JOBS)
 
 worlds: $(STAMP) ## draw, search and study many worlds, resuming (ten core-hours and more)
-	for step in make search jumps study bands engines judge; do \
+	for step in make search jumps study bands moves engines judge; do \
 		$(ONE_THREAD) $(BIN) -m msc worlds $$step --jobs $(JOBS); \
 	done
 

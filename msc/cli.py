@@ -513,7 +513,7 @@ def _tell_results(out: Path, found: Any) -> None:
 def _add_worlds(commands: Commands) -> None:
     """Declare `msc worlds`."""
     parser = commands.add_parser("worlds", help="draw worlds, search and study them")
-    steps = "make", "search", "jumps", "study", "bands", "engines", "judge"
+    steps = "make", "search", "jumps", "study", "bands", "moves", "engines", "judge"
     parser.add_argument("step", choices=steps, help="what to do, in this order")
     parser.add_argument(
         "names",
@@ -558,6 +558,8 @@ def _run_worlds(options: argparse.Namespace) -> None:
             msc.worlds.locate_bands(folder, options.out_dir, names, **how)
             found = msc.worlds.judge_bands(options.out_dir)
             write_json(options.out_dir / "bands.json", found)
+        elif options.step == "moves":
+            msc.worlds.locate_moves(folder, options.out_dir, names, **how)
         elif options.step == "engines":
             out = options.out_dir / "engines.json"
             msc.worlds.compare_engines(folder, out, names, progress=True)

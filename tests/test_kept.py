@@ -78,7 +78,7 @@ def test_one_training_set_of_each_tier_is_fitted_and_tested_again(world, tier):
 STUDIED = sorted(
     path.stem
     for path in (KEPT / "worlds").glob("*[0-9].json")
-    if not path.stem.startswith(("jumps", "bands"))
+    if not path.stem.startswith(("jumps", "bands", "moves"))
 )
 BANDED = sorted(path.stem for path in (KEPT / "worlds").glob("bands_*.json"))
 

@@ -9,7 +9,7 @@ import pytest
 
 from msc import Arm
 from msc.plots import drag_goal
-from msc.plots._reach import aim, find_apart
+from msc.plots._reach_page import aim, find_apart
 from msc.study import Experiment
 
 NAMES = "charts", "single regression", "linear interpolation"

@@ -93,6 +93,7 @@ def page(tmp_path_factory):
         "worlds": {WORLD: {"answers": answers | {"x": {"answer": "not asked"}}}}
     }
     found = {f"jumps_{WORLD}": JUMPS, WORLD: study(), "verdicts": verdicts}
+    found |= {f"moves_{WORLD}": {"task_deg": [0.5]}}
     results = save(tmp_path_factory.mktemp("results"), **found)
     sheets = WorldSheets([WORLD, "arm6"], FOLDER, results)
     return repr(sheets), Page(sheets._repr_html_())
@@ -146,6 +147,11 @@ def test_each_world_has_a_section_of_its_name_and_a_picture_with_words(page):
         with Image.open(io.BytesIO(base64.b64decode(data))) as picture:
             assert picture.width == pytest.approx(7.4 * 110, abs=1)
     assert f"data/worlds/{WORLD}_test.csv" in [text for _, text in html.all("code")]
+
+
+def test_a_section_leads_to_where_its_goal_is_dragged_if_it_is(page):
+    _, html = page
+    assert [attrs["href"] for attrs, _ in html.all("a")] == [f"#drag-{WORLD}"]
 
 
 def test_methods_are_sorted_by_what_they_miss_their_goals_by(page):

@@ -45,6 +45,7 @@ N_SAMPLES = 24  # training tasks of the tables
 N_SHOWN = 8  # movements of a strip
 N_COLUMNS = 6  # of small worlds
 APART = 2.1  # m; from one small world to the next
+DRAG = "drag-"  # before a world's name: its place among those to choose from
 N_LABELS = 6  # as many colours and marks as charts have
 LEFT_OUT = "projected", "ladder", "number of charts", "choices"  # groups
 PAGES = {
@@ -106,6 +107,7 @@ class Found(NamedTuple):
     jumps: Mapping[str, Any] | None = None
     study: Mapping[str, Any] | None = None
     answers: Mapping[str, Any] | None = None
+    moves: Mapping[str, Any] | None = None
 
 
 def look_up(
@@ -138,7 +140,8 @@ def look_up(
     verdicts = read("verdicts") or {"worlds": {}}
     answers = verdicts["worlds"].get(name, {}).get("answers")
     world = read_world(folder / f"{name}.toml")
-    return Found(world, train, read(f"jumps_{name}"), read(name), answers)
+    jumps, moves = read(f"jumps_{name}"), read(f"moves_{name}")
+    return Found(world, train, jumps, read(name), answers, moves)
 
 
 def _is_there(path: Path) -> bool:
@@ -195,10 +198,11 @@ def _section(found: Found) -> str:
     if found.train is not None:
         files += [f"{name}.csv", f"{name}_test.csv"]
     listed = ", ".join(f"<code>data/worlds/{file}</code>" for file in files)
+    link = f'<p><a href="#{DRAG}{name}">Drag its goal</a></p>' if found.moves else ""
     return (
         f'<details id="{name}"><summary><b>{name}</b>: '
         f"{html.escape(_summary(found))}</summary>"
-        f'<img alt="{alt}" src="data:image/png;base64,{image}">'
+        f'<img alt="{alt}" src="data:image/png;base64,{image}">{link}'
         f"{_missing(found)}{_leaderboard(found)}"
         f"<p>Files: {listed}</p></details>"
     )
@@ -206,7 +210,7 @@ def _section(found: Found) -> str:
 
 def _summary(found: Found) -> str:
     """Say in a line what a world is, and what was found in it."""
-    parts = [", ".join(_describe(found.world)), _tell_jumps(found.jumps)]
+    parts = [", ".join(describe_world(found.world)), tell_jumps(found.jumps)]
     if found.answers is not None:
         counts = Counter(one["answer"] for one in found.answers.values())
         told = ", ".join(f"{counts[key]} {word}" for key, word in _WORDS.items())
@@ -214,7 +218,7 @@ def _summary(found: Found) -> str:
     return "; ".join(parts)
 
 
-def _describe(world: Workspace) -> list[str]:
+def describe_world(world: Workspace) -> list[str]:
     """Say what is particular about a world."""
     n_circles = len(world.circles)
     told = [f"{n_circles or 'no'} obstacle{'s' * (n_circles != 1)}"]
@@ -229,7 +233,7 @@ def _describe(world: Workspace) -> list[str]:
     return told
 
 
-def _tell_jumps(jumps: Mapping[str, Any] | None) -> str:
+def tell_jumps(jumps: Mapping[str, Any] | None) -> str:
     """Say how many jumps there are."""
     if jumps is None:
         return "jumps not settled yet"
@@ -263,7 +267,7 @@ def _missing(found: Found) -> str:
 
 def describe_picture(found: Found) -> str:
     """Say what the picture of a world shows."""
-    what = f"{found.world.name} from above, {', '.join(_describe(found.world))}"
+    what = f"{found.world.name} from above, {', '.join(describe_world(found.world))}"
     if found.train is None:
         return f"{what}, with the arm at home."
     if found.world.further:
@@ -465,12 +469,12 @@ def _draw_jumps(
     shift: Shift = (0.0, 0.0),
 ) -> None:
     """Draw where on the circle of goals jumps are."""
-    for place in _places(jumps):
+    for place in find_places(jumps):
         ends = np.outer((0.86, 1.14), world.target(place)) + shift
         axis.plot(*ends.T, color="black", lw=1.2, zorder=4)
 
 
-def _places(jumps: Mapping[str, Any] | None) -> list[float]:
+def find_places(jumps: Mapping[str, Any] | None) -> list[float]:
     """Return the tasks (degrees) of the jumps of a circle."""
     if jumps is None or "jumps" not in jumps:
         return []
@@ -501,7 +505,7 @@ def _draw_weights(
     for number, weights in enumerate(train.policies.T):
         row, column = divmod(number, n_columns)
         axis = figure.add_subplot(grid[row, column])
-        for place in _places(jumps):
+        for place in find_places(jumps):
             axis.axvline(place, color="0.75", lw=0.8, zorder=1)
         draw_labels(axis, np.c_[train.task_deg, weights], labels, size=2)
         name = f"$w_{column + 1}^{'xy'[row]}$"

@@ -1,8 +1,9 @@
 // Has what `Reach` drew follow the hand: a goal on its circle, dragged or stepped by keys.
+// Gives a function that puts another world into the picture.
 (function (root, data) {
   "use strict";
   const [plane, board] = root.querySelectorAll(".msc-plane > svg, .msc-board");
-  const goal = plane.querySelector(".msc-goal");
+  const goal = plane.querySelector(".msc-goal"), fixed = plane.querySelector("g > g");
   const said = root.querySelector("output");
   const still = matchMedia("(prefers-reduced-motion: reduce)");
   const nGoals = data.goals.length;
@@ -14,11 +15,19 @@
     box: rows[k].querySelector("input"),
     told: rows[k].querySelector("b"),
   }));
-  const raw = Uint8Array.from(atob(data.joints), (one) => one.charCodeAt(0));
-  const view = new DataView(raw.buffer);
-  const nTimes = raw.length / (6 * ways.length * nGoals); // without the pose at home
-  let step = data.first;
+  let view, nTimes, step;
   let started = null;
+
+  function load(other) {
+    data = other;
+    view = new DataView(Uint8Array.from(atob(data.joints), (one) => one.charCodeAt(0)).buffer);
+    nTimes = view.byteLength / (6 * ways.length * nGoals); // without the pose at home
+    step = data.first;
+    fixed.innerHTML = data.still;
+    plane.setAttribute("aria-label", data.words);
+    stop();
+    play();
+  }
 
   // The joint angles of a method's movement, and of one pose; 0 is home.
   function pose(k, time) {
@@ -65,7 +74,8 @@
       [way.parts, way.aimed].forEach((part) => {
         if (off) { part.setAttribute("display", "none"); } else { part.removeAttribute("display"); }
       });
-      way.told.textContent = data.left[k][step].toFixed(2) + " cm";
+      const touched = data.touched[k][step] ? ", touched" : "";
+      way.told.textContent = data.left[k][step].toFixed(2) + " cm" + touched;
       if (off) { return; }
       const arm = place(between(k, time)), end = place(pose(k, nTimes))[3];
       const trail = [];
@@ -79,10 +89,11 @@
     const degrees = data.degrees[step];
     const shown = ways.filter((way) => way.box.checked).reverse();
     const ends = shown.map((way) => `${way.name} ${way.told.textContent}`).join(", ");
-    said.textContent = `Goal at ${degrees}°`;
+    const chart = data.charts ? `: chart ${data.charts[step]}` : "";
+    said.textContent = `Goal at ${degrees}°${chart}`;
     goal.setAttribute("aria-valuenow", degrees);
     goal.setAttribute(
-      "aria-valuetext", `${degrees} degrees. Left to the goal: ${ends || "nothing shown"}`
+      "aria-valuetext", `${degrees} degrees${chart}. Left to the goal: ${ends || "nothing shown"}`
     );
   }
 
@@ -152,6 +163,6 @@
     "aria-valuemin": data.degrees[0], "aria-valuemax": data.degrees[nGoals - 1],
   }).forEach((one) => goal.setAttribute(...one));
   root.classList.add("msc-live");
-  stop();
-  play();
+  load(data);
+  return load;
 })

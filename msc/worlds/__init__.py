@@ -15,6 +15,7 @@ in *families*: all of one are drawn by one rule, and kept whatever comes out.
   `count_answers`, `resample`: what is asked of worlds, and what they answer
 - `study_worlds` and, of one world, `study_world`: methods against each other
 - `locate_bands` and, of one world, `measure_bands`, `judge_bands`: how sure skills are
+- `locate_moves` and, of one world, `move_world`, `unpack_joints`: what arms do
 """
 
 from typing import TYPE_CHECKING
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
     from msc.worlds._draw import FAMILIES, Family, draw_worlds, family_of, make_worlds
     from msc.worlds._engines import compare_engines, execute_elsewhere, refine_steps
     from msc.worlds._jumps import bisect_world, locate_jumps
+    from msc.worlds._moves import locate_moves, move_world, unpack_joints
     from msc.worlds._questions import Question, load_choices, load_questions
     from msc.worlds._search import list_tasks, list_worlds, search_worlds
     from msc.worlds._study import study_world, study_worlds
