@@ -110,7 +110,9 @@ def late_figure(page, name):
     """Return where the first figure of a figure's page is, if not at its head."""
     if not re.match(r"fig\d", name):
         return []
-    box = page.locator("article .cell_output :is(img, .msc-slider)").first.bounding_box()
+    box = page.locator(
+        "article .cell_output :is(img, .msc-slider)"
+    ).first.bounding_box()
     is_seen = box["y"] < 400 and box["y"] + min(box["height"], 300) < 700
     return [] if is_seen else [f"{box}"]
 
