@@ -177,9 +177,9 @@ def test_learners_know_nothing_of_robots():
 @pytest.mark.parametrize("folder", ["msc", "press", "benchmarks", "tests"])
 def test_text_is_read_and_written_in_an_encoding_that_is_named(folder):
     """The one that a machine prefers is not always UTF-8."""
-    for path, node in (
-        (path, node) for path in (ROOT / folder).rglob("*.py") for node in nodes(path)
-    ):
+    paths = (ROOT / folder).rglob("*.py")
+    pairs = [(path, node) for path in paths for node in nodes(path)]
+    for path, node in pairs:
         if not isinstance(node, ast.Call):
             continue
         called = getattr(node.func, "attr", getattr(node.func, "id", ""))
