@@ -236,7 +236,7 @@ def test_a_search_whose_worker_is_killed_goes_on_to_the_same_bytes(whole, here):
     assert err.endswith("\n" + KILLED + ON)
     assert "Traceback" not in err
     assert files("half") == ["half/.free.csv.partial"]
-    assert Path("half/.free.csv.partial").read_bytes().count(b"\n") == 3
+    assert Path("half/.free.csv.partial").read_bytes().count(b"\n") <= 3
 
     assert main([*arguments, "half/free.csv", "--jobs", "1"]) == 0
     assert contents("half") == whole
