@@ -25,7 +25,7 @@ BLANK = """root => Array.from(root.querySelectorAll("canvas")).filter(canvas => 
 }).map(canvas => canvas.getAttribute("aria-label"))"""
 
 
-# Press Play and show the frames one after another, twenty a second by a clock that no
+# Press Play and show the frames one after another, five a second by a clock that no
 # busy machine disturbs: the number of different pictures, and whether the last is the
 # first.
 FILM = """root => {
@@ -39,7 +39,7 @@ FILM = """root => {
   const first = look();
   root.querySelector("button").click();
   while (frames.length && time < 30_000) {
-    time += 50;
+    time += 200;
     frames.splice(0).forEach(frame => frame(time));
     seen.add(look());
   }
