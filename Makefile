@@ -46,12 +46,14 @@ twice: $(STAMP) ## build the book again elsewhere and compare all bytes
 	@$(BIN) -m msc twice --profile $(PROFILE) --jobs $(JOBS)
 
 test: $(STAMP) ## run all tests but those in a browser and the slow ones
-	@$(ONE_THREAD) $(BIN) -m pytest --numprocesses $(JOBS) --dist loadfile
+	@$(ONE_THREAD) $(BIN) -m pytest --numprocesses $(JOBS) \
+		--dist loadfile --no-loadscope-reorder
 	@echo "$(if $(CHROMIUM),Not run here:,There is no chromium on the PATH; left out:) \
 	the tests of the built book in a browser (make book test-browser)."
 
 test-browser: $(STAMP) ## look at the built book in Chromium: every page, slider, link
-	@CHROMIUM=$(call quoted,$(CHROMIUM)) $(BIN) -m pytest --numprocesses $(JOBS) tests/browser
+	@CHROMIUM=$(call quoted,$(CHROMIUM)) $(BIN) -m pytest --numprocesses $(JOBS) \
+		--dist worksteal tests/browser
 
 test-slow: $(STAMP) ## run the chapters with a hundred legal settings of parameters
 	@$(ONE_THREAD) $(BIN) -m pytest --numprocesses $(JOBS) tests/slow

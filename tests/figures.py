@@ -102,6 +102,7 @@ def tables():
     return [load_dataset(name)[2] for name in ("free", "obstacles")]
 
 
+@cache
 def experiment():
     return Experiment("obstacles", n_samples=24, names=("charts", "single regression"))
 
@@ -224,11 +225,13 @@ def weights():
         return slide_weight(arm, np.zeros(6), 60, 1, [-30, 0, 30]).poster
 
 
+@cache
 def recordings(**options):
     brief = SearchOptions(max_evaluations=170, **options)
     return record_search(Workspace.obstacles(), 120, seed=3, n_starts=2, options=brief)
 
 
+@cache
 def curves():
     points, labels = make_two_arcs()
     return points, labels, SMCE(2, random_state=0).fit(points)

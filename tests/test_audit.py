@@ -1,3 +1,4 @@
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 
@@ -22,7 +23,8 @@ brief = SearchOptions(max_evaluations=18)
 def table(tmp_path_factory):
     """A table of four tasks, searched as little as can be."""
     path = tmp_path_factory.mktemp("data") / "free.csv"
-    plan = SweepPlan(free, grid(4), seed=0, n_starts=1, options=brief)
+    least = replace(brief, max_sweeps=0)
+    plan = SweepPlan(free, grid(4), seed=0, n_starts=1, options=least)
     found = search_tasks(plan)
     save_table(found, path, command="msc search", seed=0)
     return path
@@ -56,7 +58,8 @@ def install_search(monkeypatch, search):
 # Executed again
 
 
-def test_stored_distances_come_back_to_the_last_bit(table):
+def test_stored_distances_come_back_to_the_last_bit(table, searches):
+    searches(lambda _: np.zeros(6))
     executed = audit_table(table, n_sample=1)["executed"]
     assert executed == {"identical": 4, "largest_difference_m": 0.0}
 

@@ -49,11 +49,6 @@ def test_chapter_runs_and_its_images_have_alternative_text(path):
             assert cell["metadata"]["mystnb"]["image"]["alt"], source(cell)
 
 
-def test_chapter_runs_in_its_own_folder(tmp_path):
-    path = ROOT / "book" / "fig1_workspaces.ipynb"
-    run_chapters({path: {"profile": "quick"}}, root=path.parent, cache=tmp_path)
-
-
 FIGURES = sorted((ROOT / "book").glob("fig*.ipynb"))
 
 

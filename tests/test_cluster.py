@@ -21,8 +21,8 @@ from msc.cli import main
 from msc.search._journal import Journal
 
 SEARCH = ["search", "--workspace", "obstacles", "--tasks", "4", "--jobs", "1"]
-SEARCH += ["--set", "max_evaluations=18", "--set", "max_sweeps=2"]
-N_WORKERS = 3
+SEARCH += ["--set", "max_evaluations=9", "--set", "max_sweeps=1"]
+N_WORKERS = 2
 README = Path(__file__).parents[1] / "README.md"
 
 # What a worker loads before it starts, so that it has no msc at all.
@@ -102,7 +102,7 @@ def cluster(tmp_path_factory):
     folder = tmp_path_factory.mktemp("cluster")
     with scheduler(folder) as address:
         workers = [worker(folder, address) for _ in range(N_WORKERS)]
-        with workers[0] as first, workers[1], workers[2]:
+        with workers[0] as first, workers[1]:
             wait_for_workers(address, N_WORKERS)
             yield address, first
 
@@ -143,20 +143,6 @@ def test_a_killed_worker_s_tasks_are_done_by_others(cluster, whole, here, monkey
     assert first.wait() == -9
     assert contents(here / "new") == whole
     assert len(n_done) == len({entry[1:3] for entry in n_done})
-
-
-def test_a_worker_with_several_threads_finds_the_same(whole, here):
-    distributed = pytest.importorskip("distributed")
-    with distributed.LocalCluster(
-        n_workers=1,
-        threads_per_worker=4,
-        processes=False,
-        dashboard_address="127.0.0.1:0",
-        local_directory=here / "local",
-    ) as threads:
-        address = threads.scheduler_address
-        assert main([*SEARCH, "--dask", address, "--out", "new/table.csv"]) == 0
-    assert contents(here / "new") == whole
 
 
 def test_a_scheduler_that_is_gone_is_told_of(whole, here, monkeypatch, capfd):
@@ -206,7 +192,7 @@ def tls(**settings):
     return {f"distributed.comm.tls.{name}": value for name, value in settings.items()}
 
 
-def test_by_tls_a_cluster_finds_the_same(certificate, whole, here):
+def test_by_tls_a_worker_of_several_threads_finds_the_same(certificate, whole, here):
     import dask  # noqa: PLC0415
     import distributed  # noqa: PLC0415
 
@@ -214,7 +200,7 @@ def test_by_tls_a_cluster_finds_the_same(certificate, whole, here):
         dask.config.set(certificate),
         distributed.LocalCluster(
             n_workers=1,
-            threads_per_worker=1,
+            threads_per_worker=4,
             processes=False,
             protocol="tls",
             security=distributed.Security(require_encryption=True),

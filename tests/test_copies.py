@@ -75,7 +75,7 @@ def grids(n_points):
 
 @pytest.mark.parametrize("n_points", [2, 3, 9, 24, 60, 360, 2500])
 def test_points_at_random_have_no_copies(n_points):
-    for seed in range(20 if n_points < 1000 else 2):
+    for seed in range(8 if n_points < 300 else 2):
         uniform = np.random.default_rng([n_points, seed]).uniform(size=(3, n_points))
         for X in at_random(*uniform):
             np.testing.assert_array_equal(find_copies(X), np.arange(n_points))
@@ -127,8 +127,8 @@ def test_zeros_of_either_sign_are_equal():
     )
 
 
-@pytest.mark.parametrize("noise", [1e-13, 1e-8, 1e-4, 0.01, 0.05])
-@pytest.mark.parametrize("n_copies", [2, 3, 5, 8, 12])
+@pytest.mark.parametrize("noise", [1e-13, 1e-4, 0.05])
+@pytest.mark.parametrize("n_copies", [2, 3, 12])
 @pytest.mark.parametrize("name", [*WORKSPACES, "pieces", "a random curve"])
 def test_copies_up_to_a_twentieth_of_the_way_to_the_next_point(name, n_copies, noise):
     rng = np.random.default_rng(0)
@@ -195,8 +195,8 @@ def test_equal_points_change_no_chart(n_copies, form):
 
 
 @pytest.mark.parametrize("noise", [1e-4, 0.05])
-@pytest.mark.parametrize("n_copies", [2, 4, 8])
-@pytest.mark.parametrize("n_neighbors", [6, 12, 20])
+@pytest.mark.parametrize("n_copies", [2, 8])
+@pytest.mark.parametrize("n_neighbors", [6, 20])
 def test_near_copies_change_hardly_a_chart(n_copies, n_neighbors, noise):
     for X in (load_dataset("free")[1][::4], pieces(60)):
         one = charts(X, n_neighbors).labels_.repeat(n_copies)

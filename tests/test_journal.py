@@ -1,14 +1,13 @@
 import json
-import resource
 import shutil
 import subprocess
 import sys
-from contextlib import contextmanager
 from dataclasses import astuple, replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from disk import disk_of
 
 import msc.search._journal
 from msc import SearchResult, Workspace
@@ -252,17 +251,6 @@ def test_a_killed_holder_holds_nothing_even_if_a_child_lives_on(path):
 
 
 # Failing disks
-
-
-@contextmanager
-def disk_of(n_bytes):
-    """Let no file grow longer, as a full disk would; Linux says "File too large"."""
-    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (n_bytes, hard))
-    try:
-        yield
-    finally:
-        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
 
 
 def test_on_a_full_disk_what_is_kept_stays_and_the_file_is_named(path):

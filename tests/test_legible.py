@@ -31,11 +31,6 @@ def test_every_figure_of_the_package_is_here():
     assert found == set(FIGURES), "give the new figure an example in tests/figures.py"
 
 
-@pytest.fixture(scope="module", params=FIGURES, ids=lambda plot: plot.__name__)
-def figure(request):
-    return FIGURES[request.param]()
-
-
 def texts(figure):
     """Return all that is written in a figure, with where it is (inches)."""
     figure.draw_without_rendering()
@@ -60,25 +55,22 @@ def hidden_labels(axes):
     return hidden
 
 
-def test_text_is_large_enough(figure):
-    shrunk = min(1.0, WIDEST / figure.get_figwidth())
+@pytest.mark.parametrize("plot", FIGURES, ids=lambda plot: plot.__name__)
+def test_a_figure_fits_its_text_is_large_enough_and_whole(plot):
+    figure = FIGURES[plot]()
+    width, height = figure.get_size_inches()
+    assert width <= 7.5
+    shrunk = min(1.0, WIDEST / width)
+    written = texts(figure)
     small = {
         text.get_text(): round(text.get_fontsize() * shrunk, 2)
-        for text, _ in texts(figure)
+        for text, _ in written
         if text.get_fontsize() * shrunk < SMALLEST
     }
     assert not small
-
-
-def test_nothing_is_cut_off(figure):
-    width, height = figure.get_size_inches()
     outside = [
         text.get_text()
-        for text, (x0, y0, x1, y1) in texts(figure)
+        for text, (x0, y0, x1, y1) in written
         if min(x0, y0) < -0.05 or x1 > width + 0.05 or y1 > height + 0.05
     ]
     assert not outside
-
-
-def test_a_figure_loses_hardly_anything_to_the_column(figure):
-    assert figure.get_figwidth() <= 7.5

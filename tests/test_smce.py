@@ -334,7 +334,7 @@ def test_interleaved_trefoil_knots_in_100_dimensions(regularization):
 def test_seeds_agree_on_the_policies(workspace, least):
     policies = load_dataset(workspace)[1]
     ours, *others = (
-        SMCE(4, random_state=seed).fit_predict(policies) for seed in range(6)
+        SMCE(4, random_state=seed).fit_predict(policies) for seed in range(4)
     )
     assert min(adjusted_rand_score(ours, other) for other in others) >= least
 

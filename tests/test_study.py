@@ -648,6 +648,7 @@ def test_evaluate_writes_what_it_found(monkeypatch, tmp_path, capsys):
         return {"readings": {"eigengap": {"picked": 4}}}
 
     elbows(monkeypatch, measure_elbows)
+    monkeypatch.setitem(PROFILES, "quick", LEAST)
     arguments = ["--seed", "3", "--jobs", "1", "--out-dir", str(tmp_path / "new")]
     assert main(["evaluate", *arguments]) == 0
     files = [f"{kind}_{world}.json" for world in ("free", "obstacles")

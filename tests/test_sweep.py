@@ -97,7 +97,7 @@ def test_a_task_s_own_search_does_not_depend_on_the_others():
 
 
 def test_a_search_under_way_belongs_to_its_options(whole, tmp_path):
-    journal, more = tmp_path / "journal", replace(short, max_evaluations=18)
+    journal, more = tmp_path / "journal", replace(short, first_step=1.0)
     search_tasks(twofold, journal=journal)
     other = replace(twofold, options=more)
     found = to_csv(search_tasks(other, journal=journal))
@@ -254,7 +254,7 @@ def test_where_nothing_is_known_there_are_no_neighbours():
 # Interrupted and gone on with
 
 
-@pytest.mark.parametrize("n_done", [1, 4, 6])
+@pytest.mark.parametrize("n_done", [1, 6])
 def test_an_interrupted_search_ends_alike(n_done, whole, tmp_path, monkeypatch):
     journal = tmp_path / "journal"
     really, calls = msc.search._sweep._search, []
@@ -315,8 +315,8 @@ def test_a_search_killed_at_any_moment_goes_on_to_the_same_bytes(
     journal = tmp_path / "half" / ".table.csv.partial"
     arguments += ["--out", "half/table.csv"]
     rng = np.random.default_rng(0)
-    moments = np.sort(rng.choice(np.arange(1, len(lines) - 2), 3, replace=False))
-    for moment, jobs in zip(moments, "121", strict=True):
+    moments = np.sort(rng.choice(np.arange(1, len(lines) - 2), 2, replace=False))
+    for moment, jobs in zip(moments, "12", strict=True):
         process = subprocess.Popen(
             [sys.executable, "-m", "msc", *arguments, "--jobs", jobs],
             stderr=subprocess.DEVNULL,

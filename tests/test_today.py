@@ -1,6 +1,7 @@
 """What one would pick today: libraries, and what none of them has."""
 
 import warnings
+from itertools import product
 
 import numpy as np
 import pytest
@@ -180,8 +181,10 @@ def test_each_chooses_among_what_the_table_has_for_it():
     assert set(RANGES) == {*found, *others} - {"interpolation"}
 
 
-@pytest.mark.parametrize("closed", [False, True])
-@pytest.mark.parametrize("name", [*CHEAP, *DEAR])
+@pytest.mark.parametrize(
+    ("name", "closed"),
+    [*product(CHEAP, [False, True]), *((name, True) for name in DEAR)],
+)
 def test_each_learns_a_curve(name, closed):
     y = policies if name in CHEAP else policies[:, 1]
     X = tasks

@@ -57,25 +57,46 @@ def visiting(browser, name, url, **options):
     """Open a page in a window of its own, and close it."""
     settings = {"viewport": WIDE, "reduced_motion": "reduce"} | options
     context = browser.new_context(**settings)
-    context.set_default_timeout(PATIENCE)
-    visit = Visit(name, context.new_page())
-    page = visit.page
-    page.on("pageerror", lambda error: visit.said.append(f"uncaught: {error}"))
-    page.on("request", lambda request: visit.asked.append(request.url))
-    page.on("console", lambda said: listen(visit, said))
     try:
-        answer = page.goto(url)
-        assert url.startswith("file:") or answer.ok, (
-            f"{name}: {url} answers {answer.status}; make book builds it"
-        )
+        visit = Visit(name, new_page(context))
+        listen(visit)
+        load(visit, url)
         if options.get("java_script_enabled", True):
-            assert page.evaluate(TYPESET, PATIENCE), f"{name}: MathJax does not finish"
+            typeset(visit)
         yield visit
     finally:
         context.close()
 
 
-def listen(visit, said):
+def new_page(context):
+    """Open an empty page that waits for slow machines."""
+    context.set_default_timeout(PATIENCE)
+    return context.new_page()
+
+
+def load(visit, url):
+    """Open an address in a page."""
+    answer = visit.page.goto(url)
+    assert url.startswith("file:") or answer.ok, (
+        f"{visit.name}: {url} answers {answer.status}; make book builds it"
+    )
+
+
+def typeset(visit):
+    """Wait until all formulas are drawn."""
+    done = visit.page.evaluate(TYPESET, PATIENCE)
+    assert done, f"{visit.name}: MathJax does not finish"
+
+
+def listen(visit):
+    """Note what a page says and asks for."""
+    page = visit.page
+    page.on("pageerror", lambda error: visit.said.append(f"uncaught: {error}"))
+    page.on("request", lambda request: visit.asked.append(request.url))
+    page.on("console", lambda said: note(visit, said))
+
+
+def note(visit, said):
     """Note an error that a page writes to the console."""
     if said.type == "error":
         visit.said.append(f"{said.text} ({said.location['url']})")
@@ -122,6 +143,28 @@ def visit(browser, address):
         return visiting(browser, name, f"{start}{name}.html{query}", **options)
 
     return open_page
+
+
+@pytest.fixture(scope="session")
+def look_at(browser, address):
+    """Give a function that opens one page after another in the same window.
+
+    For tests that only look: what a page has loaded, the next need not load again.
+    """
+    context = browser.new_context(viewport=WIDE, reduced_motion="reduce")
+    one = Visit("", new_page(context))
+    listen(one)
+
+    def open_page(name):
+        one.name = name
+        one.said.clear()
+        one.asked.clear()
+        load(one, f"{address}{name}.html")
+        typeset(one)
+        return one
+
+    yield open_page
+    context.close()
 
 
 def switch_theme(page, wanted):

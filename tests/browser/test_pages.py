@@ -6,7 +6,7 @@ from pathlib import Path
 
 import axe_playwright_python
 import pytest
-from built import PAGES, holding
+from built import PAGES, built, holding
 from conftest import WIDE, switch_theme
 from known import is_known
 
@@ -64,13 +64,6 @@ STICKING_OUT = """() => {
 }"""
 
 
-@pytest.fixture(scope="module", params=PAGES)
-def seen(request, visit):
-    """Open each page once for all tests here."""
-    with visit(request.param) as one:
-        yield one
-
-
 def violations(page):
     """Let axe-core look; describe what it finds and the theme is not known for."""
     if not page.evaluate("'axe' in window"):
@@ -91,71 +84,88 @@ def listed(name, findings):
     return "\n  ".join([f"{name}.html:", *findings])
 
 
-def test_every_formula_is_typeset(seen):
-    unset = seen.page.evaluate(UNSET)
-    assert not unset, listed(seen.name, unset)
-
-
-def test_no_formula_is_left_as_source(seen):
+def left_as_source(page):
+    """Return texts that hold a formula as it is written, and not as it looks."""
     raw = re.compile(r"\$\$|\\[(\[]|\\(begin|frac|mathbf|sum|sqrt|theta)\b|\$\S[^$]*\$")
-    left = [text.strip() for text in seen.page.evaluate(PROSE) if raw.search(text)]
-    assert not left, listed(seen.name, left)
+    return [text.strip() for text in page.evaluate(PROSE) if raw.search(text)]
 
 
-def test_every_picture_has_words(seen):
-    pictures = seen.page.evaluate(PICTURES)
+def without_words(page):
+    """Return pictures that say nothing, or the name of their file."""
     file_name = re.compile(r"\S*\.(png|svg|gif|jpe?g|webp)", re.IGNORECASE)
-    bad = [
+    return [
         html
-        for words, html in pictures
+        for words, html in page.evaluate(PICTURES)
         if not words.strip() or file_name.fullmatch(words.strip())
     ]
-    assert not bad, listed(seen.name, bad)
 
 
-@pytest.mark.parametrize("theme", ["light", "dark"])
-def test_accessible(seen, theme):
-    switch_theme(seen.page, theme)
-    assert seen.page.evaluate("document.documentElement.dataset.theme") == theme
-    found = violations(seen.page)
-    switch_theme(seen.page, "light")
-    assert not found, listed(f"{seen.name} ({theme})", found)
+def too_long(page, name):
+    """Return the height of a page that nobody reads to the end."""
+    height = page.evaluate("document.scrollingElement.scrollHeight")
+    return [f"{height} px"] if height > LONGEST and name not in ENDLESS else []
 
 
-@pytest.mark.parametrize("size", [WIDE, NARROW], ids=["1280", "375"])
-def test_nothing_sticks_out(seen, size):
-    seen.page.set_viewport_size(size)
-    out = seen.page.evaluate(STICKING_OUT)
-    seen.page.set_viewport_size(WIDE)
-    assert not out, listed(f"{seen.name} at {size['width']} px", out)
+def late_figure(page, name):
+    """Return where the first figure of a figure's page is, if not at its head."""
+    if not re.match(r"fig\d", name):
+        return []
+    box = page.locator(
+        "article .cell_output :is(img, .msc-slider)"
+    ).first.bounding_box()
+    is_seen = box["y"] < 400 and box["y"] + min(box["height"], 300) < 700
+    return [] if is_seen else [f"{box}"]
 
 
-def test_a_page_is_not_too_long(seen):
-    if seen.name in ENDLESS:
-        pytest.skip("may be as long as it likes")
-    height = seen.page.evaluate("document.scrollingElement.scrollHeight")
-    assert height <= LONGEST, f"{seen.name}.html: {height} px; wanted at most {LONGEST}"
-
-
-def test_a_figure_s_page_begins_with_it(seen):
-    if not re.match(r"fig\d", seen.name):
-        pytest.skip("no page of a figure")
-    first = seen.page.locator("article .cell_output :is(img, .msc-slider)").first
-    box = first.bounding_box()
-    assert box["y"] < 400
-    assert box["y"] + min(box["height"], 300) < 700
-
-
-# The last tests of each page: what happened in the others counts too.
-def test_no_error_in_the_console(seen):
-    assert not seen.said, listed(seen.name, seen.said)
-
-
-def test_no_request_elsewhere(seen, address):
-    away = [
-        url for url in seen.asked if not url.startswith((address, "data:", "blob:"))
+@pytest.mark.parametrize("name", PAGES)
+def test_a_page_is_typeset_accessible_and_fits_and_asks_for_nothing(
+    name, look_at, address
+):
+    """All that is to be seen of a page, in one visit."""
+    seen = look_at(name)
+    page = seen.page
+    found = {
+        "not typeset": page.evaluate(UNSET),
+        "left as source": left_as_source(page),
+        "a picture without words": without_words(page),
+        "not accessible": violations(page),
+        "sticks out": page.evaluate(STICKING_OUT),
+        "too long": too_long(page, name),
+        "the figure comes late": late_figure(page, name),
+    }
+    page.set_viewport_size(NARROW)
+    found["sticks out of a phone"] = page.evaluate(STICKING_OUT)
+    page.set_viewport_size(WIDE)
+    here = (address, "data:", "blob:")
+    found["an error in the console"] = seen.said
+    found["a request elsewhere"] = [
+        url for url in seen.asked if not url.startswith(here)
     ]
-    assert not away, listed(seen.name, away)
+    faults = [f"{what}: {one}" for what, some in found.items() for one in some]
+    assert not faults, listed(name, faults)
+
+
+def cover():
+    """Choose pages that together hold every kind of thing of our own."""
+    kinds = {
+        name: set(re.findall(r'class="(msc-[a-z-]+)', built(name).read_text("utf-8")))
+        for name in PAGES
+        if built(name).is_file()
+    }
+    chosen, missing = [], set().union(*kinds.values())
+    while missing:
+        chosen.append(max(kinds, key=lambda name: len(kinds[name] & missing)))
+        missing -= kinds[chosen[-1]]
+    return chosen
+
+
+@pytest.mark.parametrize("name", cover())
+def test_accessible_in_the_dark(name, visit):
+    with visit(name) as seen:
+        switch_theme(seen.page, "dark")
+        assert seen.page.evaluate("document.documentElement.dataset.theme") == "dark"
+        assert not (found := violations(seen.page)), listed(name, found)
+        assert not seen.said, listed(name, seen.said)
 
 
 WITHOUT_SERVER = list(dict.fromkeys([

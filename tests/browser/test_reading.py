@@ -20,8 +20,7 @@ def word_of(name):
     return max(re.findall(r"[a-z]+", re.sub("<.*?>", "", title), re.I), key=len)
 
 
-@pytest.mark.parametrize("local", [False, True], ids=["http", "file"])
-@pytest.mark.parametrize("name", [PAGES[1], PAGES[-1]])
+@pytest.mark.parametrize(("name", "local"), [(PAGES[1], False), (PAGES[-1], True)])
 def test_search_finds_a_word(visit, name, local):
     word = word_of(name)
     with visit(PAGES[0], local=local) as seen:

@@ -33,10 +33,10 @@ def address(tmp_path_factory):
     return file.as_uri()
 
 
-@pytest.fixture(params=["light", "dark"])
-def seen(request, browser, address):
-    how = {"color_scheme": request.param}
-    with visiting(browser, f"report ({request.param})", address, **how) as one:
+@pytest.fixture(scope="module")
+def seen(browser, address):
+    """Open the page once; tests leave it as wide as it was, and on the screen."""
+    with visiting(browser, "report", address) as one:
         yield one
 
 
@@ -49,7 +49,9 @@ def test_markup_in_names_is_shown_as_text(seen):
 
 
 def test_it_is_accessible_and_asks_for_nothing(seen, address):
-    assert not violations(seen.page)
+    for scheme in ("dark", "light"):
+        seen.page.emulate_media(color_scheme=scheme)
+        assert not violations(seen.page), scheme
     assert not seen.said
     assert [url for url in seen.asked if not url.startswith("data:")] == [address]
     missing = "Array.from(document.images).filter(i => !i.naturalWidth).length"
@@ -59,9 +61,11 @@ def test_it_is_accessible_and_asks_for_nothing(seen, address):
 @pytest.mark.parametrize("size", [WIDE, NARROW], ids=["1280", "375"])
 def test_nothing_sticks_out(seen, size):
     seen.page.set_viewport_size(size)
-    assert not seen.page.evaluate(STICKING_OUT)
-    page = "document.scrollingElement"
-    assert seen.page.evaluate(f"{page}.scrollWidth <= {page}.clientWidth")
+    out, page = seen.page.evaluate(STICKING_OUT), "document.scrollingElement"
+    fits = seen.page.evaluate(f"{page}.scrollWidth <= {page}.clientWidth")
+    seen.page.set_viewport_size(WIDE)
+    assert fits, out
+    assert not out
 
 
 def test_the_slider_moves_by_keyboard(seen):
