@@ -96,8 +96,8 @@ def plot_finer_steps(engines: Mapping[str, Any]) -> Figure:
     middle.set_xlabel("steps of the physics in one of the controller's")
     left.set(yscale="log", title="impulse (N s)")
     left.yaxis.set_major_formatter("{x:g}")
-    middle.set_title("cost, to the finest (%)")
-    right.set(title="cost, to the other (%)", ylim=(0, None))
+    middle.set_title("cost, off the finest (%)")
+    right.set(title="cost, off the other engine (%)", ylim=(0, None))
     middle.legend(*left.get_legend_handles_labels(), loc="upper right", fontsize=SMALL)
     return figure
 
