@@ -76,11 +76,9 @@ def predict_table(
     Notes
     -----
     Of 100,000 tasks with three numbers and policies with twelve, trees and neighbours
-    take seconds. A Gaussian process takes longer, for its deviations: each is a product
-    of a vector with two matrices, as large as the kernel's rank is, which of several
-    hundred spread-out tasks is nearly their number. No direction of these can be left
-    out: one of eigenvalue d adds up to d / (d + q) of the variance, and the ratio q of
-    noise to amplitude may be smaller than all of them.
+    take seconds. Gaussian processes take several times longer, most of it for their
+    deviations: each asks for products of a vector with matrices of the kernel's rank,
+    which of spread-out tasks is hundreds, and once more for each length scale.
     """
     names = [*getattr(skill, "feature_names_in_", [])]
     policies = skill.policy_names_

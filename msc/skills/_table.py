@@ -10,6 +10,7 @@ import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -311,7 +312,7 @@ def _read(path: Path) -> tuple[pd.DataFrame, bytes, list[str]]:
         notes.append(f"{what} stand between its columns")
     if decimal == ",":
         notes.append("its numbers have decimal commas")
-    form = {"sep": separator, "skipinitialspace": True, "index_col": False}
+    form: Any = {"sep": separator, "skipinitialspace": True, "index_col": False}
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error", ParserWarning)  # rows longer than the header
