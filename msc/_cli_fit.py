@@ -131,6 +131,7 @@ def _add_predict(commands: Commands) -> None:
     parser.add_argument("skill", type=Path, help="a .skops file that msc fit wrote")
     parser.add_argument("new", type=Path, help="a .csv or .parquet file of tasks")
     _add_units(parser)
+    add_jobs(parser, "threads")
     parser.add_argument("--out", type=Path, required=True, help="a .csv file")
     parser.set_defaults(run=_run_predict)
 
@@ -146,7 +147,9 @@ def _run_predict(options: argparse.Namespace) -> None:
     for one in caught:
         print(f"msc: {one.message}", file=sys.stderr)
     with threadpool_limits(1):  # the same numbers on however many processors
-        found = msc.skills.predict_table(skill, options.new, out, units=units)
+        found = msc.skills.predict_table(
+            skill, options.new, out, units=units, jobs=options.jobs, progress=True
+        )
     if found["n_outside"]:
         print(
             f"msc: {found['n_outside']:,} of {found['n_tasks']:,} tasks lie outside "

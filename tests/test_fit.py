@@ -366,8 +366,19 @@ BAD = {
     "pair": (GOOD, ["--units", "deg"], "units='deg'; wanted COLUMN=VALUE"),
     "period": (GOOD, ["--period", "angle=x"], "period of 'angle' is 'x'"),
     "no period": (GOOD, ["--period", "angle=-1"], "is -1; wanted it positive"),
-    "of policy": (GOOD, ["--period", "push=2"], "period: there is no column 'push'"),
+    "of policy": (
+        GOOD,
+        ["--period", "push=2"],
+        "period: there is no task column 'push'",
+    ),
     "cost": (changed(c=np.arange(30)), ["--cost", "c"], "cost 'c' is 0 in row 1"),
+    "huge": (changed(push=1e200), [], "'push' of t.csv must .* to 1e.100.* Got 1e.200"),
+    "heads": (
+        GOOD.rename(columns={"lift": "push"}),
+        [],
+        "has 2 columns 'push'; wanted",
+    ),
+    "nowhere": (GOOD, ["--out", "t.csv/out"], "out=t.csv/out: nothing can be written"),
     "profile": (GOOD, ["--profile", "slow"], "profile='slow'; wanted one of"),
 }
 

@@ -23,7 +23,7 @@ from weights import REFUSED
 
 import msc.skills._saved
 from msc.cli import main
-from msc.skills import METHODS, TableSkill, load_skill, save_skill
+from msc.skills import METHODS, TableSkill, load_skill, predict_table, save_skill
 from msc.skills._bands import Doubt
 from msc.skills._digits import format_lines
 from msc.skills._saved import TRUSTED, skill_bytes
@@ -413,6 +413,29 @@ def test_trees_answer_many_tasks_with_the_bits_of_scikit_learn():
     assert quick is not skill.model_
     np.testing.assert_array_equal(quick.predict(points), skill.model_.predict(points))
     assert quicken(skill.model_, 10) is skill.model_, "few are not worth the tables"
+
+
+@pytest.mark.parametrize("name", ["charts", "four neighbours"])
+def test_threads_write_the_same_bytes_and_ask_neighbours_once(
+    name, skills, here, monkeypatch
+):
+    asked = []
+    doubt = Doubt().fit(np.zeros((1, 3)), np.zeros((1, 2)))
+    doubt.halves_, doubt.limit_ = np.ones(2), 0.1
+    measure = Doubt.measure
+    monkeypatch.setattr(
+        Doubt, "measure", lambda self, X: asked.append(len(X)) or measure(self, X)
+    )
+    monkeypatch.setattr(skills[name], "doubt_", doubt)
+    many = solved(9000, seed=2)[0]
+    many.to_csv("many.csv", index=False)
+    for jobs in (1, 3):
+        asked.clear()
+        predict_table(skills[name], Path("many.csv"), Path(f"{jobs}.csv"), jobs=jobs)
+        assert sum(asked) == len(many)
+    assert Path("1.csv").read_bytes() == Path("3.csv").read_bytes()
+    told, read = skills[name].predict(many), pd.read_csv("1.csv")
+    np.testing.assert_allclose(read[["push", "lift"]], told, rtol=1e-8, atol=1e-9)
 
 
 def test_what_has_no_deviation_leaves_it_blank(here):

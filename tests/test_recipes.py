@@ -22,8 +22,8 @@ def ran(tmp_path_factory):
         return runpy.run_path(str(script))
 
 
-def test_there_are_five():
-    assert len(re.findall(r"^## \d\.", PAGE, re.M)) == 5
+def test_there_are_six():
+    assert len(re.findall(r"^## \d\.", PAGE, re.M)) == 6
 
 
 def test_a_pipeline_predicts_in_the_units_of_the_table(ran):
@@ -60,3 +60,12 @@ def test_conformal_bands_are_wider_than_nothing_and_hold_the_mean(ran):
     )
     assert (low < ran["means"][:, 0]).all()
     assert (ran["means"][:, 0] < high).all()
+
+
+def test_what_weighs_more_is_met_more_nearly(ran):
+    assert ran["weighted"].best_params_ == {"method": "random forest"}
+    errors = [
+        np.median(np.abs(ran[name].predict(ran["tasks"])[:, 1] - ran["push"]))
+        for name in ("weighted", "plain")
+    ]
+    assert 2 * errors[0] < errors[1]

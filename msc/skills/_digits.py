@@ -54,7 +54,7 @@ def format_lines(numbers: Array, formats: Sequence[str]) -> list[str]:
             parts.append(_write(np.ascontiguousarray(next(columns)), form))
         parts.append(np.full((len(numbers), 1), _COMMA))
     parts[-1][:] = _LINE
-    return np.hstack(parts).tobytes().translate(None, b"\0").decode().splitlines()
+    return np.hstack(parts).tobytes().translate(None, b"\0 ").decode().splitlines()
 
 
 def _write(numbers: Array, form: str) -> Cells:
@@ -90,7 +90,7 @@ def _write(numbers: Array, form: str) -> Cells:
     cells[:, 4] = _TABLE[np.where(right % 100_000_000 > 0, _ALL, _AFTER) + first]
     cells[:, 5] = _TABLE[np.where(last > 0, _ALL, _AFTER) + middle]
     cells[:, 6] = _TABLE[_AFTER + last]
-    for row in np.flatnonzero(~is_sure):
-        word = (form % numbers[row]).encode().ljust(28, b"\0")
-        cells[row] = np.frombuffer(word, "<u4")
+    others = numbers[~is_sure].tolist()
+    words = (form.replace("%", f"%-{4 * _WORDS}") * len(others)) % tuple(others)
+    cells[~is_sure] = np.frombuffer(words.encode(), "<u4").reshape(-1, _WORDS)
     return cells

@@ -317,10 +317,18 @@ def check_folder(folder: Path, *, force: bool = False) -> None:
     Raises
     ------
     ValueError
-        If there is something: unless `force`, and a fit and nothing else. Or if skops,
-        which writes skills, is not installed.
+        If there is something: unless `force`, and a fit and nothing else. If nothing
+        can be written there. Or if skops, which writes skills, is not installed.
     """
     load_skops()
+    try:
+        folder.parent.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder.parent):
+            pass
+    except OSError as error:
+        raise ValueError(
+            f"out={folder}: nothing can be written there: {error.strerror}"
+        ) from None
     if not (folder.exists() or folder.is_symlink()):
         return
     if not folder.is_dir():
@@ -359,7 +367,6 @@ def save_fit(
         See `check_folder`.
     """
     check_folder(folder, force=force)
-    folder.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=folder.parent, prefix=".fit.") as name:
         whole = Path(name) / "new"
         whole.mkdir()

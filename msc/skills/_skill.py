@@ -290,13 +290,7 @@ class TableSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: igno
             nine in ten tasks that lie among the training tasks as these do are within.
             NaN if `doubt_` is missing, or knows too few errors.
         """
-        check_is_fitted(self)
-        X = validate_points(self, X, reset=False)
-        halves = np.full((len(X), len(self.centers_)), np.nan)
-        if self.doubt_ is not None:
-            for some, points in self._batches(X):
-                halves[some] = self.doubt_.halves_ * self.doubt_.measure(points)
-        return np.asarray(halves * self.spreads_)
+        return self.predict_doubt(X)[0]
 
     def find_doubtful(self, X: Any) -> NDArray[np.bool_]:
         """Tell where the nearest training tasks have policies far apart.
@@ -312,14 +306,33 @@ class TableSkill(MultiOutputMixin, RegressorMixin, BaseEstimator):  # type: igno
             Whether they are farther apart than those of nine in ten training tasks, on
             average over columns of unit spread; none is if `doubt_` is missing.
         """
+        return self.predict_doubt(X)[1]
+
+    def predict_doubt(self, X: Any) -> tuple[Array, NDArray[np.bool_]]:
+        """Give bands and flags at once: neighbours are asked once for both.
+
+        Parameters
+        ----------
+        X : array-like or DataFrame of shape (n_tasks, n_task_params)
+            Tasks, in the units of `fit`.
+
+        Returns
+        -------
+        halves : ndarray of shape (n_tasks, n_params)
+            What `predict_band` returns.
+        doubtful : ndarray of bool of shape (n_tasks,)
+            What `find_doubtful` returns.
+        """
         check_is_fitted(self)
         X = validate_points(self, X, reset=False)
+        halves = np.full((len(X), len(self.centers_)), np.nan)
         doubtful = np.zeros(len(X), dtype=bool)
         if self.doubt_ is not None:
             for some, points in self._batches(X):
-                apart = self.doubt_.measure(points).mean(axis=1)
-                doubtful[some] = apart > self.doubt_.limit_
-        return doubtful
+                apart = self.doubt_.measure(points)
+                halves[some] = self.doubt_.halves_ * apart * self.spreads_
+                doubtful[some] = apart.mean(axis=1) > self.doubt_.limit_
+        return halves, doubtful
 
     def find_outside(self, X: Any) -> NDArray[np.bool_]:
         """Tell which tasks lie outside the range of the training tasks.

@@ -10,10 +10,13 @@ import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pandas as pd
 from pandas.errors import ParserWarning
+
+from msc._checks import check_magnitude
 
 UNITS = (
     *("deg", "rad", "turn", "m", "cm", "mm", "km", "in", "s", "ms", "min", "h", "Hz"),
@@ -114,7 +117,10 @@ def read_table(
     frame = pick_columns(frame, wanted, path.name)
     for what, given in (("units", units or {}), ("period", periods or {})):
         for name in given:
-            _check_known(what, name, wanted if what == "units" else tasks)
+            if what == "units":
+                _check_known(what, name, wanted)
+            else:
+                _check_known(what, name, tasks, "task column")
     check_units(units or {})
     for name, period in (periods or {}).items():
         if not 0 < period < np.inf:
@@ -210,14 +216,19 @@ def check_units(units: Mapping[str, str]) -> None:
 
 def pick_columns(frame: pd.DataFrame, names: Sequence[str], table: str) -> pd.DataFrame:
     """Return columns as floats, or say what is amiss with the first that is none."""
-    if not any(pd.to_numeric(frame[name], "coerce").notna().any() for name in frame):
+    columns = (column for _, column in frame.items())
+    if not any(pd.to_numeric(column, "coerce").notna().any() for column in columns):
         raise ValueError(f"{table} has no column of numbers")
     return pd.DataFrame({name: _numbers(frame, name, table) for name in names})
 
 
 def _numbers(frame: pd.DataFrame, name: str, table: str) -> np.ndarray:
-    """Return a column's numbers, all finite."""
+    """Return a column's numbers, all finite, of which squares are, too."""
     _check_known(table, name, [*frame])
+    if (n_times := [*frame].count(name)) > 1:
+        raise ValueError(
+            f"{table} has {n_times} columns {name!r}; wanted names that differ"
+        )
     column = frame[name]
     if column.dtype.kind in "mM":
         raise ValueError(f"{name!r} of {table} holds dates or times; wanted numbers")
@@ -241,15 +252,18 @@ def _numbers(frame: pd.DataFrame, name: str, table: str) -> np.ndarray:
             f"{name!r} of {table} is blank or not finite in {which} {told}{more}; "
             "wanted a number, or the row left out"
         )
+    check_magnitude(f"{name!r} of {table}", numbers)
     return numbers
 
 
-def _check_known(where: str, name: str, known: Sequence[str]) -> None:
+def _check_known(
+    where: str, name: str, known: Sequence[str], what: str = "column"
+) -> None:
     """Refuse a column that is not there, and name the nearest one."""
     if name not in known:
         listed = ", ".join(repr(one) for one in known)
         raise ValueError(
-            f"{where}: there is no column {name!r}{_nearest(name, known)}; wanted one "
+            f"{where}: there is no {what} {name!r}{_nearest(name, known)}; wanted one "
             f"of {listed}"
         )
 
@@ -298,21 +312,25 @@ def _read(path: Path) -> tuple[pd.DataFrame, bytes, list[str]]:
         notes.append(f"{what} stand between its columns")
     if decimal == ",":
         notes.append("its numbers have decimal commas")
+    form: Any = {"sep": separator, "skipinitialspace": True, "index_col": False}
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error", ParserWarning)  # rows longer than the header
             frame = pd.read_csv(
-                io.StringIO(text),
-                sep=separator,
-                decimal=decimal,
-                skipinitialspace=True,
-                index_col=False,
-                low_memory=False,
+                io.StringIO(text), decimal=decimal, low_memory=False, **form
             )
+        header = pd.read_csv(
+            io.StringIO(text), header=None, nrows=1, dtype=str, na_filter=False, **form
+        )
     except (ValueError, ParserWarning) as error:
         words = " ".join(str(error).split())
         raise ValueError(f"{path.name} is no table: {words}") from None
-    return frame.rename(columns=lambda name: str(name).strip()), content, notes
+    # As they are written: pandas numbers names that come again, and blank ones.
+    frame.columns = [
+        given.strip() or name
+        for given, name in zip(header.iloc[0], frame.columns, strict=True)
+    ]
+    return frame, content, notes
 
 
 def _dialect(text: str) -> tuple[str, str]:
