@@ -15,6 +15,7 @@ import contextlib
 import warnings
 from collections.abc import Callable
 
+import cvxpy as cp
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
@@ -144,8 +145,6 @@ def _solve(columns: Array, penalty: Array, solver: str) -> Array:
 
 def _solve_by_cvxpy(columns: Array, penalty: Array) -> Array:
     """Minimise it by stating the programs of all points to cvxpy as one."""
-    import cvxpy as cp  # noqa: PLC0415 (takes a second to load)
-
     n_points, n_neighbors = penalty.shape
     errors = sp.block_diag(list(np.linalg.qr(columns, mode="r")), format="csc")
     sums = sp.kron(sp.eye_array(n_points), np.ones((1, n_neighbors)), format="csc")

@@ -27,6 +27,7 @@ from msc.robot import (
     random_circles,
     read_world,
 )
+from msc.study import locate_cut
 from msc.worlds._variants import VARIANTS, draw_variants
 from press import replace_file
 
@@ -286,6 +287,4 @@ def _needs_cut(world: Workspace) -> bool:
 
 def _measure_cut(world: Workspace) -> float:
     """Measure where reaching round either side of the base costs the same."""
-    from msc.study import locate_cut  # noqa: PLC0415 (it loads what searches need)
-
     return float(locate_cut(world)["cut_deg"])
