@@ -138,13 +138,11 @@ def setup(app: "Sphinx") -> dict[str, Any]:
     return {"parallel_read_safe": True}
 
 
-def find_source(
-    app: "Sphinx | None", module: str
-) -> tuple[str, dict[str, Any]] | None:
+def find_source(app: "Sphinx | None", module: str) -> tuple[str, dict[str, Any]] | None:
     """Find the source of a module of ours, and where in it things stand.
 
-    Sphinx asks at each name that it documents, and again when it writes the source. What
-    it has noted by then holds: trees are kept only as long as the code is the same.
+    Sphinx asks at each name that it documents, and again to write the source. What it
+    has noted by then holds: trees are kept only as long as the code is the same.
 
     >>> text, places = find_source(None, "press._markup")
     >>> places["find_source"][0], find_source(None, "pathlib")
