@@ -19,7 +19,7 @@ def main() -> None:
     """Take these ways round, then be the tool."""
     sys.path[0] = ""  # the working directory's code, as with `python -m`
     sys.modules["rfc3987_syntax"] = None  # type: ignore[assignment]
-    metadata.entry_points = functools.cache(metadata.entry_points)
+    metadata.entry_points = functools.cache(metadata.entry_points)  # type: ignore[assignment]
     yaml.SafeLoader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
     del sys.argv[0]  # the tool's name takes its place
     module, function = sys.argv[0].split(":")
