@@ -151,7 +151,7 @@ def find_source(app: "Sphinx | None", module: str) -> tuple[str, dict[str, Any]]
     from sphinx.pycode import ModuleAnalyzer  # noqa: PLC0415 (only Sphinx has loaded it)
 
     if app and (noted := getattr(app.env, "_viewcode_modules", {}).get(module)):
-        return noted[:2]
+        return noted[0], noted[1]
     file = Path(__file__).parents[1] / f"{module.replace('.', '/')}.py"
     if not file.is_file():
         return None
