@@ -9,6 +9,7 @@ PYTHON ?=# … with this Python; if empty, uv finds or fetches one, pip looks on
 PROFILE ?= quick# or full: how much the chapters compute
 JOBS ?= 2# processes at a time
 PORT ?= 8000# of `make serve`
+TWICE ?=# options of `make twice`, as --all
 LAB ?=# options of `make lab`, as --no-browser
 CHROMIUM ?= $(shell command -v chromium)# looks at the built book
 
@@ -43,7 +44,7 @@ pdf: book ## print the book as one PDF; needs Chromium
 	@$(BIN) -m msc pdf
 
 twice: $(STAMP) ## build the book again elsewhere and compare all bytes
-	@$(BIN) -m msc twice --profile $(PROFILE) --jobs $(JOBS)
+	@$(BIN) -m msc twice --profile $(PROFILE) --jobs $(JOBS) $(TWICE)
 
 test: $(STAMP) ## run all tests but those in a browser and the slow ones
 	@$(ONE_THREAD) $(BIN) -m pytest --numprocesses $(JOBS) \

@@ -77,6 +77,9 @@ IN_USE = "{} is in use by another build; wait for it or stop it"
 MATHJAX = "sphinx-mathjax-offline"
 _MATHJAX = "tex-svg-full.js"
 
+# Results hold thousands of numbers, which take seconds without the one in C.
+_DUMPER = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
+
 _WORK = "_build"  # of Jupyter Book, within the stage: trees, and the HTML
 _CONDITIONS = "conditions"  # file there: what the trees depend on besides their pages
 
@@ -352,7 +355,8 @@ def _stage(
     for chapter in chapters:
         notebook = with_provenance(chapter, pictures[chapter.name], subject, address)
         write_notebook(notebook, book / f"{chapter.name}.ipynb")
-    write_gallery([one for own in pictures.values() for one in own], book)
+    figures = [one for own in pictures.values() for one in own]
+    write_gallery(figures, book, stage.with_name("cache") / "thumbnails")
     write_shown([chapter.notebook for chapter in chapters], book)
     write_edition(root, book, config)
     write_reference(root, stage, _notebooks(root), subject)
@@ -368,7 +372,7 @@ def _stage(
     known = {page.relative_to(root / "book") for page in pages(root)}
     texts = {f.relative_to(book) for f in book.rglob("*") if f.suffix in ENDINGS}
     config["exclude_patterns"] = sorted(map(str, texts - known))
-    (book / "_config.yml").write_text(yaml.safe_dump(config), "utf-8")
+    (book / "_config.yml").write_text(yaml.dump(config, Dumper=_DUMPER), "utf-8")
 
 
 def _render(stage: Path, packages: Sequence[str]) -> Path:

@@ -79,6 +79,7 @@ _CHOSEN = {
     "PYTHONUTF8": "1",
     "TZ": "UTC",
 }
+_TOOL = Path(__file__).resolve().with_name("_tool.py")
 _NAMED = 4  # of the files that changed; the others are counted
 
 
@@ -370,15 +371,8 @@ def run_tool(
 
     Its environment is the chosen one, and the variables given besides.
     """
-    module, function = name.split(":")
-    # jsonschema imports a grammar of internationalised addresses if it finds one, which
-    # takes seconds. No notebook needs it.
-    code = (
-        "import sys; sys.modules['rfc3987_syntax'] = None; "
-        f"from {module} import {function}; {function}()"
-    )
     return subprocess.run(
-        [sys.executable, "-c", code, *map(str, arguments)],
+        [sys.executable, str(_TOOL), name, *map(str, arguments)],
         env=environment(cache) | variables,
         capture_output=True,
         encoding="utf-8",

@@ -138,8 +138,11 @@ def setup(app: "Sphinx") -> dict[str, Any]:
     return {"parallel_read_safe": True}
 
 
-def find_source(_: "Sphinx | None", module: str) -> tuple[str, dict[str, Any]] | None:
+def find_source(app: "Sphinx | None", module: str) -> tuple[str, dict[str, Any]] | None:
     """Find the source of a module of ours, and where in it things stand.
+
+    Sphinx asks at each name that it documents, and again to write the source. What it
+    has noted by then holds: trees are kept only as long as the code is the same.
 
     >>> text, places = find_source(None, "press._markup")
     >>> places["find_source"][0], find_source(None, "pathlib")
@@ -147,6 +150,8 @@ def find_source(_: "Sphinx | None", module: str) -> tuple[str, dict[str, Any]] |
     """
     from sphinx.pycode import ModuleAnalyzer  # noqa: PLC0415 (only Sphinx has loaded it)
 
+    if app and (noted := getattr(app.env, "_viewcode_modules", {}).get(module)):
+        return noted[0], noted[1]
     file = Path(__file__).parents[1] / f"{module.replace('.', '/')}.py"
     if not file.is_file():
         return None

@@ -28,11 +28,13 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 from urllib.parse import quote
 
+import PIL
 from PIL import Image
 
 from press._captions import BEGINNING
 from press._chapters import Chapter
 from press._edition import DOWNLOADS
+from press._files import replace_file
 from press._markup import code, fenced, label, paragraph, plain
 from press._notebook import (
     Notebook,
@@ -163,21 +165,38 @@ def write_vectors(pictures: Sequence[Picture], folder: Path) -> None:
             (folder / f"{picture.name}.svg").write_text(picture.svg, encoding="utf-8")
 
 
-def write_gallery(pictures: Sequence[Picture], book: Path) -> None:
-    """Write a thumbnail of each figure, and what the page that shows them includes."""
-    (book / _THUMBNAILS).mkdir(exist_ok=True)
+def write_gallery(pictures: Sequence[Picture], book: Path, cache: Path) -> None:
+    """Write a thumbnail of each figure, and what the page that shows them includes.
 
-    def save_small(picture: Picture) -> None:
-        with Image.open(io.BytesIO(picture.png)) as image:
-            small = image.convert("RGB")
-        small.thumbnail(_SIZE, Image.Resampling.LANCZOS, reducing_gap=2.0)
-        small.quantize(64, dither=Image.Dither.NONE).save(
-            book / _THUMBNAILS / f"{picture.name}.png", optimize=True
-        )
+    Thumbnails are kept in the cache as long as their figures are the same.
+    """
+    (book / _THUMBNAILS).mkdir(exist_ok=True)
+    cache.mkdir(parents=True, exist_ok=True)
+
+    def save_small(picture: Picture) -> Path:
+        made_of = picture.png + repr((_SIZE, PIL.__version__)).encode()
+        kept = cache / f"{hashlib.sha256(made_of).hexdigest()}.png"
+        if not kept.exists():
+            replace_file(kept, _shrink(picture.png))
+        shutil.copy(kept, book / _THUMBNAILS / f"{picture.name}.png")
+        return kept
 
     with ThreadPoolExecutor() as pool:
-        list(pool.map(save_small, pictures))
+        used = {*pool.map(save_small, pictures)}
+    for old in {*cache.iterdir()} - used:
+        old.unlink()
     (book / GALLERY).write_text(gallery_markdown(pictures), encoding="utf-8")
+
+
+def _shrink(png: bytes) -> bytes:
+    """Draw a picture small and in few colours, as PNG."""
+    with Image.open(io.BytesIO(png)) as image:
+        small = image.convert("RGB")
+    small.thumbnail(_SIZE, Image.Resampling.LANCZOS, reducing_gap=2.0)
+    file = io.BytesIO()
+    few = small.quantize(64, dither=Image.Dither.NONE)
+    few.save(file, format="png", optimize=True)
+    return file.getvalue()
 
 
 def gallery_markdown(pictures: Sequence[Picture]) -> str:

@@ -279,6 +279,12 @@ def _add_building(commands: Commands) -> None:
         if name in ("book", "twice"):
             add_profile(parser)
             add_jobs(parser, "chapters at a time")
+        if name == "twice":
+            parser.add_argument(
+                "--all",
+                action="store_true",
+                help="execute all chapters again, not a third of them by the commit",
+            )
         if name == "book":
             parser.add_argument(
                 "--changed",
@@ -328,7 +334,7 @@ def _run_pdf(_: argparse.Namespace) -> None:
 
 def _run_twice(options: argparse.Namespace) -> None:
     """Build the book here and elsewhere; fail where they differ."""
-    if different := press.build_twice(**_building(options)):
+    if different := press.build_twice(**_building(options), whole=options.all):
         raise BookError(f"built again, these differ: {', '.join(different)}")
     print("built again elsewhere, the book has the same bytes")
 

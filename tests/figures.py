@@ -87,7 +87,13 @@ from msc.plots import (
 )
 from msc.plots._sheets import look_up
 from msc.robot import read_world
-from msc.search import SearchOptions, coordinates, draw_tasks, record_search
+from msc.search import (
+    SearchOptions,
+    coordinates,
+    draw_tasks,
+    record_search,
+    search_curves,
+)
 from msc.study import METHODS, Experiment, Ranks
 from msc.worlds import load_questions
 
@@ -226,9 +232,16 @@ def weights():
 
 
 @cache
-def recordings(**options):
-    brief = SearchOptions(max_evaluations=170, **options)
+def recordings():
+    brief = SearchOptions(max_evaluations=170)
     return record_search(Workspace.obstacles(), 120, seed=3, n_starts=2, options=brief)
+
+
+def plain():
+    every = SearchOptions(max_evaluations=170, agreement=2)
+    return search_curves(
+        Workspace.obstacles(), [120], seed=3, n_starts=2, options=every
+    )[0]
 
 
 @cache
@@ -363,9 +376,7 @@ FIGURES = {
     plot_sweep: lambda: plot_sweep(*results("study"), measures=["mse, gate learned"]),
     slide_weight: weights,
     slide_path: lambda: slide_path(Workspace.free(), np.zeros(6), 60, 60).poster,
-    plot_rollouts_spent: lambda: plot_rollouts_spent(
-        recordings(), recordings(agreement=2)
-    ),
+    plot_rollouts_spent: lambda: plot_rollouts_spent(recordings(), plain()),
     plot_generations: lambda: plot_generations(
         Workspace.obstacles(), 120, recordings(), shown=(1, 5, 10)
     ),

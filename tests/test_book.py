@@ -574,8 +574,16 @@ def test_where_there_is_no_msc_the_press_builds_a_book_twice_to_the_same_bytes(
         return subprocess.run(command, cwd=root, env=clean, check=False, **told)
 
     assert "No module named 'msc'" in call("-c", "import msc").stderr
+    two = chapter("# Two", "1 + 1")
+    write_notebook(two, root / "book" / "two.ipynb")
+    with (root / "_toc.yml").open("a", encoding="utf-8") as toc:
+        toc.write("- file: two\n")
     told = call("-m", "press.cli", "twice", "--profile", "full")
     assert told.stdout.endswith("built again elsewhere, the book has the same bytes\n")
+    said = told.stdout + told.stderr
+    assert "executed again elsewhere: one\n" in said
+    assert said.count("one: never executed") == 2
+    assert said.count("two: never executed") == 1
     page = (root / "_build" / "html" / "one.html").read_text("utf-8")
     assert "full 6" in page
     assert "python -m press.cli run book/one.ipynb --out one.ipynb" in page

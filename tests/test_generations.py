@@ -8,7 +8,7 @@ from msc.plots import plot_generations, plot_rollouts_spent, slide_generations
 from msc.plots._search import N_SHOWN
 from msc.plots._world import square_around
 from msc.robot import forward_kinematics
-from msc.search import SearchOptions, cost, record_search
+from msc.search import SearchOptions, cost, record_search, search_curves
 
 world = Workspace.obstacles()
 TASK = 120
@@ -118,9 +118,12 @@ def test_movements_are_drawn_where_the_arm_was(recordings):
 
 
 def test_the_picture_of_what_is_saved_counts_what_was_executed(recordings):
-    figure = plot_rollouts_spent(recordings[:1], recordings[1:])
+    at = {"seed": 3, "n_starts": 2, "options": plain}
+    [curve] = search_curves(world, [TASK], **at)
+    figure = plot_rollouts_spent(recordings, curve)
     costs, counts = figure.axes
-    for line, run in zip(costs.lines[::2], recordings, strict=True):
+    runs = [*recordings, *record_search(world, TASK, **at)]
+    for line, run in zip(costs.lines[::2], runs, strict=True):
         np.testing.assert_array_equal(line.get_xdata(), run.evaluations)
         np.testing.assert_array_equal(line.get_ydata(), run.best_costs)
     heights = [bar.get_height() for bar in counts.patches]

@@ -30,7 +30,7 @@ from msc.plots._world import (
     world_panel,
 )
 from msc.robot import Arm, Circle, Workspace, clearance, forward_kinematics
-from msc.search import SearchTrace, cost
+from msc.search import SearchCurve, SearchTrace, cost
 from msc.study import take_evenly
 
 STARTS = (TRIO[1], TRIO[0], TRIO[2], "0.3", "0.5", "0.7")
@@ -279,17 +279,16 @@ def _executed(trace: SearchTrace) -> Array:
 
 
 @styled
-def plot_rollouts_spent(
-    traces: Sequence[SearchTrace], plain: Sequence[SearchTrace]
-) -> Figure:
+def plot_rollouts_spent(traces: Sequence[SearchTrace], plain: SearchCurve) -> Figure:
     """Draw what the surrogate of a search saves.
 
     Parameters
     ----------
     traces : sequence of SearchTrace
         The starts of one search.
-    plain : sequence of SearchTrace
-        The same starts without a surrogate: plain CMA-ES.
+    plain : SearchCurve
+        The same starts without a surrogate: plain CMA-ES, which executes all policies
+        of a generation.
 
     Returns
     -------
@@ -299,10 +298,12 @@ def plot_rollouts_spent(
         were executed.
     """
     figure, (costs, counts) = plt.subplots(1, 2, figsize=(7.4, 2.9))
-    for kind, style, name in ((traces, "-", "surrogate"), (plain, "--", "plain")):
-        for trace, colour in zip(kind, STARTS, strict=False):
-            label = f"{trace.run.name}, {name}"
-            spent, best = trace.evaluations, trace.best_costs
+    n_policies = traces[0].costs.shape[1]
+    ours = [(one.run.name, one.evaluations, one.best_costs) for one in traces]
+    theirs = _by_generation(plain, n_policies)
+    for kind, style, way in ((ours, "-", "surrogate"), (theirs, "--", "plain")):
+        for (name, spent, best), colour in zip(kind, STARTS, strict=False):
+            label = f"{name}, {way}"
             costs.plot(spent, best, style, color=colour, lw=1.5, label=label)
             costs.plot(spent[-1], best[-1], "o", ms=4, color=colour, mec="white")
     costs.set(xlabel="rollouts of the start", ylabel="least cost", yscale="log")
@@ -310,11 +311,23 @@ def plot_rollouts_spent(
     executed = np.isfinite(traces[0].costs).sum(axis=1)
     numbers = np.arange(1, len(executed) + 1)
     counts.bar(numbers, executed, width=1.0, color=STARTS[0])
-    n_policies = traces[0].costs.shape[1]
     counts.axhline(n_policies, color="0.5", ls="--", lw=0.8)
     counts.set(xlabel="generation", ylabel="policies executed")
     counts.set(xlim=(0.5, len(executed) + 0.5), ylim=(0, n_policies + 0.5))
     return figure
+
+
+def _by_generation(
+    curve: SearchCurve, n_policies: int
+) -> list[tuple[str, Array, Array]]:
+    """Return name, rollouts spent and least cost of each start after generations."""
+    runs = curve.result.runs
+    ends = np.cumsum([run.evaluations for run in runs])
+    last = slice(n_policies - 1, None, n_policies)  # rollouts of the generations
+    return [
+        (run.name, np.arange(1, len(own) + 1)[last], np.minimum.accumulate(own)[last])
+        for run, own in zip(runs, np.split(curve.costs, ends[:-1]), strict=True)
+    ]
 
 
 class Movements:

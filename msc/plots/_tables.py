@@ -14,7 +14,6 @@ from msc.data import load_dataset
 from msc.estimates import Estimate, rounded
 from msc.learn import SELECTION_CRITERIA
 from msc.study import (
-    COST_TOLERANCE,
     MEASURES,
     count_ahead,
     draw_samples,
@@ -456,6 +455,8 @@ def quality_table(*audits: Stored) -> pd.DataFrame:
     DataFrame
         One column an audit.
     """
+    from msc.study import COST_TOLERANCE  # noqa: PLC0415 (with it comes all that searches)
+
     columns = {}
     for audit in audits:
         executed, searched = audit["executed"], audit["searched"]
