@@ -13,7 +13,7 @@ from imagined_worlds import FOLDER, imagine_layouts
 import msc.plots._search
 import msc.skills
 from msc import SMCE, Arm, Workspace, load_dataset
-from msc.data import Dataset, load_results, make_two_arcs
+from msc.data import Dataset, find_data, load_results, make_two_arcs
 from msc.estimates import Estimate
 from msc.plots import (
     METHOD_STYLES,
@@ -66,6 +66,8 @@ from msc.plots import (
     plot_rollouts_spent,
     plot_sample_sizes,
     plot_savings,
+    plot_scale,
+    plot_searched,
     plot_section_v,
     plot_sheet,
     plot_standings,
@@ -206,6 +208,12 @@ def finer_steps():
     }
     steps = {"substeps": [4, 16, 64], "pybullet": one, "mujoco": other}
     return plot_finer_steps({"steps": {"layout01": steps}})
+
+
+def searched():
+    folder = find_data() / "worlds"
+    both = {"PyBullet": "layout01", "MuJoCo": "mujoco01"}
+    return {name: load_dataset(folder / f"{of}.csv") for name, of in both.items()}
 
 
 def bands():
@@ -372,6 +380,7 @@ FIGURES = {
         *results("study"), methods=list(METHOD_STYLES), verdicts=False
     ),
     plot_section_v: lambda: plot_section_v(*results("study")),
+    plot_scale: lambda: plot_scale(*load_results("worlds_cost")),
     plot_savings: lambda: plot_savings(*results("savings")),
     plot_sweep: lambda: plot_sweep(*results("study"), measures=["mse, gate learned"]),
     slide_weight: weights,
@@ -405,6 +414,7 @@ FIGURES = {
     plot_caught: lambda: plot_caught(bands()),
     plot_engines: engines,
     plot_finer_steps: finer_steps,
+    plot_searched: lambda: plot_searched(searched()),
     plot_column: column,
     plot_plane: plane,
     plot_elbow: lambda: plot_elbow([5.0, 2.0, 0.5, 0.4, 0.3], 3),

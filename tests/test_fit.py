@@ -270,6 +270,33 @@ def test_of_ten_thousand_tasks_what_is_recommended_is_as_good_as_others_of_all()
     assert np.mean((found - known(new)) ** 2) <= 1.1 * min(errors)
 
 
+def test_where_policies_leap_often_the_forest_is_as_good_as_a_tree_of_all():
+    """Four hundred levels along one of two columns: more than boosted trees' bins."""
+    rng = np.random.default_rng(3)
+    levels = rng.normal(size=400)
+    tasks, new = rng.uniform(0, 1, (10_000, 2)), rng.uniform(0, 1, (2000, 2))
+    known, truth = (levels[(400 * x[:, 0]).astype(int)] for x in (tasks, new))
+    ways = METHODS["random forest"].build(10_000, 0), DecisionTreeRegressor()
+    ours, tree = (
+        np.mean((way.fit(tasks, known).predict(new) - truth) ** 2) for way in ways
+    )
+    assert ours <= 1.1 * tree
+
+
+@pytest.mark.parametrize(("height", "n_jumps"), [(0.05, 0), (0.3, 0), (0.6, 1), (2, 1)])
+def test_how_large_a_jump_has_to_be_is_told(height, n_jumps):
+    """Even tasks, and one step higher than all others."""
+    angle = np.arange(40.0)
+    policy = np.sin(angle / 8) + height * (angle > 20)
+    frame = pd.DataFrame({"angle": angle, "lift": policy})
+    card = fit_table(as_table(frame), methods=["nearest neighbour"]).card
+    step = abs(policy[21] - policy[20]) / policy.std()
+    assert card["jumps"]["n_jumps"] == n_jumps
+    assert (step > card["jumps"]["least_jump"]) == bool(n_jumps)
+    told = [words for words in tell_fit(card) if "is not seen" in words]
+    assert len(told) == 1 - n_jumps
+
+
 def test_of_many_rows_the_choice_is_told_by_half_the_fits(monkeypatch):
     table = as_table(broken(noise=0)[["angle", "lift"]])
     nested = fit_table(table, methods=QUICK[1:]).card["error_of_choosing"]

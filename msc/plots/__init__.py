@@ -35,7 +35,8 @@ above, tasks in degrees.
 - `Leaderboard`, `list_methods`, `plot_leaderboard`, `standings_table`, `plot_ranks`:
   all of them
 - `load_times`, `plot_times`, `times_table`, `load_benchmark`, `plot_benchmark`,
-  `plot_fits`, `benchmark_table`, `ROLLOUT_LIMIT`: time, memory
+  `plot_fits`, `benchmark_table`, `ROLLOUT_LIMIT`, `plot_scale`, `scale_table`,
+  `kept_busy`: time, memory
 - `plot_savings`, `savings_table`: what predicting saves of searching
 - `plot_stops`, `planned_stops`, `plot_kernels`, `plot_ladder`, `rung`,
   `plot_projection`, `projected_methods`, `means_by_size`, `count_wins`: what kernels,
@@ -46,7 +47,7 @@ above, tasks in degrees.
   intervals are
 - `world_matrix`, `assumption_matrix`, `count_table`, `plot_families`,
   `plot_standings`, `plot_payoff`, `plot_maps`: what many worlds answer
-- `plot_engines`, `plot_finer_steps`: the two engines
+- `plot_engines`, `plot_searched`, `plot_finer_steps`: the two engines
 - `plot_bands`, `plot_caught`, `bands_table`: how sure skills are
 - `plot_column`, `plot_plane`, `plot_elbow`, `plot_errors`, `plot_held`,
   `plot_learning`, `plot_graph`, `slide_policies`, `Walk`: a table of anybody's
@@ -75,7 +76,7 @@ if TYPE_CHECKING:
         plot_other_coverage,
     )
     from msc.plots._drag import slide_experiments
-    from msc.plots._engines import plot_engines, plot_finer_steps
+    from msc.plots._engines import plot_engines, plot_finer_steps, plot_searched
     from msc.plots._film import check_suffix, film, render, side_by_side
     from msc.plots._graph import (
         plot_affinity,
@@ -109,6 +110,7 @@ if TYPE_CHECKING:
     )
     from msc.plots._rivals import SECTION_V, plot_section_v, section_v_table
     from msc.plots._savings import plot_savings, savings_table
+    from msc.plots._scale import kept_busy, plot_scale, scale_table
     from msc.plots._search import (
         Movements,
         plot_breaks,

@@ -10,7 +10,8 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from msc.plots._style import SMALL, TRIO, styled
+from msc.data import Dataset, find_jumps
+from msc.plots._style import SMALL, TRIO, WEIGHT_NAMES, styled
 
 _TOUCHED = "touched", "touched_elsewhere"
 
@@ -52,6 +53,50 @@ def plot_engines(engines: Mapping[str, Any]) -> Figure:
     left.set_ylabel("share of movements")
     left.legend(loc="center")
     right.set(xlabel="cost in the other engine, over its own")
+    return figure
+
+
+@styled
+def plot_searched(datasets: Mapping[str, Dataset], weight: int = 0) -> Figure:
+    """Draw the same tasks searched in either engine.
+
+    Parameters
+    ----------
+    datasets : mapping of str to Dataset
+        Of two engines, by their names; the same tasks round a circle.
+    weight : int, default=0
+        Which of the policy's weights is drawn.
+
+    Returns
+    -------
+    Figure
+        Above, the weight over the task, and the jumps that each engine has as ticks at
+        its side; below, how far apart the two policies of a task are, over the spread
+        of the first.
+    """
+    figure, (above, below) = plt.subplots(
+        2, 1, figsize=(7.4, 4.2), sharex=True, height_ratios=(3, 2)
+    )
+    looks = zip(TRIO, ("o", "x"), (0.97, 0.03), datasets.items(), strict=False)
+    for colour, marker, side, (name, data) in looks:
+        tasks = np.degrees(data.tasks[:, 0])
+        look: dict[str, Any] = {"marker": marker, "ms": 5, "mfc": "none", "ls": "none"}
+        look |= {"color": colour, "label": name}
+        above.plot(tasks, data.policies[:, weight], **look)
+        jumps = find_jumps(data.tasks, data.policies, closed=True)
+        edges = tasks[jumps] + 180 / len(tasks)
+        at = np.full(len(edges), side)
+        where = above.get_xaxis_transform()
+        above.plot(edges, at, "|", color=colour, ms=12, mew=1.5, transform=where)
+    above.set(ylabel=f"weight {WEIGHT_NAMES[weight]}")
+    above.legend(loc="upper left", bbox_to_anchor=(1, 1))
+    one, other = (data.policies for data in datasets.values())
+    spread = np.sqrt(one.var(axis=0).sum())
+    apart = np.linalg.norm(one - other, axis=1) / spread
+    below.plot(tasks, apart, color="0.3", marker=".", lw=0.8)
+    below.set(yscale="log", ylabel="apart, of the spread")
+    below.set(xlabel="task angle (degrees)")
+    below.set_xticks(range(0, 361, 60))
     return figure
 
 

@@ -12,6 +12,12 @@ from msc.skills import list_breaks
 Card = Mapping[str, Any]
 
 FEW = 60  # different tasks: fewer make less than twenty blocks
+_LARGE = 1.0  # spreads: a break of as much as the policies differ at all
+_UNSEEN = (
+    "A break over which policies move by less than {least:.2g} of their spreads would "
+    "not have been seen: the tasks are so few that neighbours differ by much anyway. "
+    "More tasks show smaller breaks."
+)
 _NAMED = 3  # breaks and methods that a sentence lists
 _FLATTERED = 1.25  # times: a root mean square that is said to be smaller
 _LEVEL = 0.9
@@ -203,8 +209,9 @@ def _tell_range(card: Card) -> str:
 
 def _tell_beside(card: Card) -> list[str]:
     """Say that beside a break a prediction may be of its other side."""
+    least = card["jumps"]["least_jump"]
     if not card["jumps"]["n_jumps"]:
-        return []
+        return [_UNSEEN.format(least=least)] * (least > _LARGE)
     where = f" ({break_places(card)})" if len(card["tasks"]) == 1 else ""
     return [
         f"Beside a break{where} a prediction may belong to its other side: where in "

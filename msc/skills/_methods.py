@@ -14,7 +14,7 @@ from sklearn.neighbors import KNeighborsRegressor
 MOST_NUMBERS = 4
 """Of a task that is interpolated: beyond, triangles take hours."""
 
-_ROWS_A_TREE = 5000  # that a tree of the forest draws, at most
+_ROWS_A_TREE = 10_000  # that a tree of the forest draws, at most
 
 
 @dataclass(frozen=True)

@@ -41,7 +41,9 @@ def find_structure(table: Table, policies: Array, scale: TaskScale, seed: int) -
     -------
     dict
         Fit for JSON: how many tasks were looked at, ``"n_jumps"``, the widest of them
-        as pairs of tasks, and the sizes of the pieces between them.
+        as pairs of tasks, and the sizes of the pieces between them; ``"least_jump"``,
+        how far apart policies of neighbours as far apart as the median have to be to
+        count, over the policies' spread.
 
     Notes
     -----
@@ -62,8 +64,11 @@ def find_structure(table: Table, policies: Array, scale: TaskScale, seed: int) -
         np.diff(scale.transform(tasks)[edges], axis=1)[:, 0], axis=1
     )
     steps = np.linalg.norm(np.diff(means[edges], axis=1)[:, 0], axis=1)
-    is_steep = steps > _STEEP * np.median(steps / lengths) * lengths
+    slope = _STEEP * np.median(steps / lengths)
+    is_steep = steps > slope * lengths
     jumps = find_jump_edges(means, edges)
+    spread = np.sqrt(means.var(axis=0).sum()) or 1.0
+    least = max(0.3 * spread, 5 * np.median(steps), slope * np.median(lengths))
     jumps = jumps[is_steep[jumps]]
     pieces = np.bincount(find_pieces(len(tasks), edges, jumps))
     widest = edges[jumps[np.argsort(-steps[jumps], kind="stable")[:_SHOWN]]]
@@ -71,6 +76,7 @@ def find_structure(table: Table, policies: Array, scale: TaskScale, seed: int) -
         "n_tasks": len(tasks),
         "n_jumps": len(jumps),
         "n_edges": len(edges),
+        "least_jump": float(f"{least / spread:.6g}"),
         "widest_jumps": [tasks[pair].tolist() for pair in widest],
         "pieces": pieces.tolist(),
     }

@@ -98,7 +98,9 @@ def tell_fit(card: Mapping[str, Any]) -> list[str]:
         f"{found} between neighbours among {jumps['n_tasks']:,} tasks"
         + (f"; between {_list(pieces)} tasks" if len(pieces) > 1 else "")
     ]
-    if n_jumps and len(card["tasks"]) == 1:
+    if not n_jumps:
+        lines[0] += f" (one of less than {jumps['least_jump']:.2g} spreads is not seen)"
+    elif len(card["tasks"]) == 1:
         between = list_breaks(card, _NAMED)
         places = [f"{low:.6g} and {high:.6g}" for low, high in between]
         lines[0] += f": {card['tasks'][0]['name']} between {'; '.join(places)}"
