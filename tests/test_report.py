@@ -249,7 +249,9 @@ def test_no_break_is_told_and_warned_of(card):
     assert tell_found(card).startswith(
         "No break was found between neighbouring tasks; "
     )
-    assert not [one for one in tell_trust(card) if "Beside" in one]
+    assert not [one for one in tell_trust(card) if "Beside" in one or "seen" in one]
+    card["jumps"]["least_jump"] = 2.34
+    assert "less than 2.3 of their spreads" in " ".join(tell_trust(card))
 
 
 def test_breaks_of_several_columns_are_counted(card):
