@@ -97,7 +97,6 @@ _COMMANDS = {
     "claims": "msc claims --out data/results/claims.json --readme README.md",
     "bench": "make bench",
     "coverage": "python benchmarks/coverage.py",
-    "worlds": "python benchmarks/worlds.py",
 }
 
 
