@@ -221,6 +221,9 @@ def _run(
         if say:
             say(f"{path.stem}: {kept.reasons}")
         run, record = _execute(path, given, root=root, cache=cache, code=kept.code)
+        if _identify(run) != kept.code:
+            words = "its code was edited while the book was built: build it again"
+            raise ChapterError(path.stem, words, record.seconds, run)
         run["metadata"]["record"] = asdict(record)
         if not complaints(run):
             write_notebook(run, kept.file)
@@ -245,7 +248,7 @@ def _kept(
     path: Path, chapter: Notebook, given: Mapping[str, Any], *, root: Path, cache: Path
 ) -> _Kept:
     """Look up a chapter's last run with these parameters."""
-    code = _sha256([_essence(cell) for cell in code_cells(chapter)])
+    code = _identify(chapter)
     file = cache / f"{path.stem}-{_sha256(given)[:8]}.ipynb"
     run = read_notebook(file) if file.exists() else None
     record = read_record(run["metadata"].get("record", {})) if run else None
@@ -342,6 +345,11 @@ def version_of(name: str) -> str:
         return metadata.version(name)
     except metadata.PackageNotFoundError:
         return ""
+
+
+def _identify(notebook: Notebook) -> str:
+    """Identify the code of a chapter, or of a run of it."""
+    return _sha256([_essence(cell) for cell in code_cells(notebook)])
 
 
 def _essence(cell: NotebookCell) -> tuple[str, list[str]]:

@@ -228,6 +228,20 @@ def test_what_a_chapter_read_executes_it_again_and_is_named(reading):
     assert times_run(reading) == 2
 
 
+def test_a_chapter_edited_while_it_waits_is_named_and_not_kept(repository, monkeypatch):
+    read = _chapters.read_chapter
+
+    def read_and_edit(path, given):
+        found = read(path, given)
+        write_notebook(chapter("# One", "print(n)"), path)
+        return found
+
+    monkeypatch.setattr(_chapters, "read_chapter", read_and_edit)
+    with pytest.raises(BookError, match="one, its code was edited while"):
+        run(repository)
+    assert not [*(repository / "_build" / "cache").glob("one*")]
+
+
 def test_what_a_chapter_did_not_read_executes_nothing(reading):
     for name in ("never.py", "data/u.csv", "requirements.txt", "new.txt", "msc/a.py"):
         (reading / name).parent.mkdir(exist_ok=True)
