@@ -1,7 +1,7 @@
-"""What many worlds cost: one of them in each of its steps, and eight with Dask.
+"""What many worlds cost: one of them in each of its steps, and four with Dask.
 
 `python benchmarks/worlds.py` searches, bisects and studies one layout in processes of
-their own, which takes some ten minutes, and then eight layouts with few tasks through
+their own, which takes some ten minutes, and then four layouts with few tasks through
 one, two and four of Dask's workers on this machine. To be run on a machine that does
 nothing else (the second part above all: it can be run alone, `--only-dask`). The result
 goes to `data/results/worlds_cost.json`.
@@ -34,8 +34,8 @@ from press import checksum, write_json
 DATA = Path(__file__).parents[1] / "data"
 ONE = "layout09"
 N_WORKERS = 1, 2, 4
-FEW = {"n_train": 4, "n_test": 2}  # tasks of each of so many layouts:
-N_WORLDS = 8
+FEW = {"n_train": 2, "n_test": 2}  # tasks of each of so many layouts:
+N_WORLDS = 4
 
 
 def main() -> None:
