@@ -66,7 +66,6 @@ from msc.plots import (
     plot_rollouts_spent,
     plot_sample_sizes,
     plot_savings,
-    plot_scale,
     plot_searched,
     plot_section_v,
     plot_sheet,
@@ -380,7 +379,6 @@ FIGURES = {
         *results("study"), methods=list(METHOD_STYLES), verdicts=False
     ),
     plot_section_v: lambda: plot_section_v(*results("study")),
-    plot_scale: lambda: plot_scale(*load_results("worlds_cost")),
     plot_savings: lambda: plot_savings(*results("savings")),
     plot_sweep: lambda: plot_sweep(*results("study"), measures=["mse, gate learned"]),
     slide_weight: weights,

@@ -35,8 +35,7 @@ above, tasks in degrees.
 - `Leaderboard`, `list_methods`, `plot_leaderboard`, `standings_table`, `plot_ranks`:
   all of them
 - `load_times`, `plot_times`, `times_table`, `load_benchmark`, `plot_benchmark`,
-  `plot_fits`, `benchmark_table`, `ROLLOUT_LIMIT`, `plot_scale`, `scale_table`,
-  `kept_busy`: time, memory
+  `plot_fits`, `benchmark_table`, `ROLLOUT_LIMIT`: time, memory
 - `plot_savings`, `savings_table`: what predicting saves of searching
 - `plot_stops`, `planned_stops`, `plot_kernels`, `plot_ladder`, `rung`,
   `plot_projection`, `projected_methods`, `means_by_size`, `count_wins`: what kernels,
@@ -110,7 +109,6 @@ if TYPE_CHECKING:
     )
     from msc.plots._rivals import SECTION_V, plot_section_v, section_v_table
     from msc.plots._savings import plot_savings, savings_table
-    from msc.plots._scale import kept_busy, plot_scale, scale_table
     from msc.plots._search import (
         Movements,
         plot_breaks,
