@@ -324,10 +324,11 @@ def _by_generation(
     runs = curve.result.runs
     ends = np.cumsum([run.evaluations for run in runs])
     last = slice(n_policies - 1, None, n_policies)  # rollouts of the generations
-    return [
-        (run.name, np.arange(1, len(own) + 1)[last], np.minimum.accumulate(own)[last])
-        for run, own in zip(runs, np.split(curve.costs, ends[:-1]), strict=True)
-    ]
+    found: list[tuple[str, Array, Array]] = []
+    for run, own in zip(runs, np.split(curve.costs, ends[:-1]), strict=True):
+        spent = np.arange(1.0, len(own) + 1)
+        found.append((run.name, spent[last], np.minimum.accumulate(own)[last]))
+    return found
 
 
 class Movements:
