@@ -10,7 +10,8 @@ way to it libraries do what no chapter and no page needs, and what takes seconds
 
 import functools
 import sys
-from importlib import import_module, metadata
+from importlib import metadata
+from pkgutil import resolve_name
 
 import yaml
 
@@ -22,8 +23,7 @@ def main() -> None:
     metadata.entry_points = functools.cache(metadata.entry_points)  # type: ignore[assignment]
     yaml.SafeLoader = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
     del sys.argv[0]  # the tool's name takes its place
-    module, function = sys.argv[0].split(":")
-    getattr(import_module(module), function)()
+    resolve_name(sys.argv[0])()
 
 
 if __name__ == "__main__":
