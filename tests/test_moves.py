@@ -12,7 +12,8 @@ from msc import Workspace
 from msc.robot import forward_kinematics, read_world
 from msc.study import METHODS
 from msc.worlds import locate_moves, move_world, unpack_joints
-from msc.worlds._moves import MOVED, TICK, load_world, pack_joints
+from msc.worlds._moves import MOVED, TICK, pack_joints
+from msc.worlds._study import load_world
 
 ROOT = Path(__file__).parents[1]
 FOLDER, KEPT = ROOT / "data" / "worlds", ROOT / "data" / "results" / "worlds"

@@ -23,7 +23,7 @@ from msc.skills import load_crepes
 from msc.study import execute_policies, fit_methods
 from msc.worlds._draw import family_of
 from msc.worlds._each import fill
-from msc.worlds._study import are_away, list_world_sets, load_world
+from msc.worlds._study import are_away, list_world_sets, load_for
 from msc.worlds._verdicts import geometric_mean, resample
 
 LEVEL = 0.9  # of the bands
@@ -79,11 +79,8 @@ def locate_bands(
     """
     own = [name for name in names if family_of(name).name != "variant"]
     files = {name: out / f"bands_{name}.json" for name in own}
-
-    def load(name: str) -> tuple[tuple[Any, ...], dict[str, Any]]:
-        return load_world(folder, name, f"msc worlds bands {name} --seed {seed}")
-
     how: dict[str, Any] = {"jobs": jobs, "dask": dask, "progress": progress}
+    load = load_for("bands", folder, seed)
     return fill("bands", measure_bands, files, load, seed=seed, **how)
 
 

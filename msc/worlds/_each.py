@@ -13,6 +13,8 @@ from msc._parallel import open_workers
 from msc.search import identify_code
 from press import write_json
 
+Load = Callable[[str], tuple[tuple[Any, ...], Mapping[str, Any]]]
+
 
 def do_each(
     function: Callable[..., Any],
@@ -38,7 +40,7 @@ def fill(
     what: str,
     function: Callable[..., dict[str, Any]],
     files: Mapping[str, Path],
-    load: Callable[[str], tuple[tuple[Any, ...], Mapping[str, Any]]],
+    load: Load,
     write: Callable[[Path, Any], object] = write_json,
     *,
     seed: int,

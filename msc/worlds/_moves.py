@@ -16,11 +16,10 @@ from numpy.typing import NDArray
 
 from msc.data import Dataset
 from msc.robot import Arm, Workspace
-from msc.study import fit_methods, format_study, take_evenly
+from msc.study import fit_methods, take_evenly
 from msc.worlds._draw import family_of
 from msc.worlds._each import fill
-from msc.worlds._study import load_world
-from press import replace_file
+from msc.worlds._study import load_for, write_lines
 
 SIZE = 24  # training tasks
 EVERY = 6  # time steps from one pose that is kept to the next: a tenth of a second
@@ -74,15 +73,9 @@ def locate_moves(
     """
     own = [name for name in names if family_of(name).name == "layout"]
     files = {name: out / f"moves_{name}.json" for name in own}
-
-    def load(name: str) -> tuple[tuple[Any, ...], dict[str, Any]]:
-        return load_world(folder, name, f"msc worlds moves {name} --seed {seed}")
-
-    def write(path: Path, told: dict[str, Any]) -> None:
-        replace_file(path, format_study(told))
-
     how: dict[str, Any] = {"jobs": jobs, "dask": dask, "progress": progress}
-    return fill("moves", move_world, files, load, write, seed=seed, **how)
+    load = load_for("moves", folder, seed)
+    return fill("moves", move_world, files, load, write_lines, seed=seed, **how)
 
 
 def move_world(

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -29,7 +29,7 @@ from msc.study import (
     summarise_cell,
 )
 from msc.worlds._draw import family_of
-from msc.worlds._each import fill
+from msc.worlds._each import Load, fill
 from msc.worlds._search import check_searched
 from press import replace_file
 
@@ -112,15 +112,21 @@ def study_worlds(
         The worlds that were studied.
     """
     files = {name: out / f"{name}.json" for name in names}
-
-    def load(name: str) -> tuple[tuple[Any, ...], dict[str, Any]]:
-        return load_world(folder, name, f"msc worlds study {name} --seed {seed}")
-
-    def write(path: Path, told: dict[str, Any]) -> None:
-        replace_file(path, format_study(told))
-
     how: dict[str, Any] = {"jobs": jobs, "dask": dask, "progress": progress}
-    return fill("study", study_world, files, load, write, seed=seed, **how)
+    load = load_for("study", folder, seed)
+    return fill("study", study_world, files, load, write_lines, seed=seed, **how)
+
+
+def load_for(step: str, folder: Path, seed: int) -> Load:
+    """Give a function that loads a world, by its name, for a step of `msc worlds`."""
+    return lambda name: load_world(
+        folder, name, f"msc worlds {step} {name} --seed {seed}"
+    )
+
+
+def write_lines(path: Path, told: Mapping[str, Any]) -> None:
+    """Write a result as studies are written, a list of numbers a line."""
+    replace_file(path, format_study(told))
 
 
 def load_world(
