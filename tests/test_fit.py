@@ -19,6 +19,7 @@ from msc.skills import (
     METHODS,
     Table,
     TableSkill,
+    check_folder,
     fit_table,
     read_table,
     save_fit,
@@ -518,6 +519,11 @@ def test_a_fit_is_written_whole_and_replaced_only_when_told(here, capsys):
     assert run_fit(*words, "--force") == 2
     assert "is no earlier fit" in capsys.readouterr().err
     assert sorted(path.name for path in here.iterdir()) == ["out", "t.csv"]
+
+
+def test_a_folder_that_is_only_looked_at_is_not_made(tmp_path):
+    check_folder(tmp_path / "some" / "where")
+    assert not [*tmp_path.iterdir()]
 
 
 def test_nothing_is_left_of_a_fit_that_cannot_be_written(fit, here, monkeypatch):

@@ -321,9 +321,9 @@ def check_folder(folder: Path, *, force: bool = False) -> None:
         can be written there. Or if skops, which writes skills, is not installed.
     """
     load_skops()
+    nearest = next(above for above in folder.absolute().parents if above.exists())
     try:
-        folder.parent.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=folder.parent):
+        with tempfile.TemporaryFile(dir=nearest):
             pass
     except OSError as error:
         raise ValueError(
@@ -367,6 +367,7 @@ def save_fit(
         See `check_folder`.
     """
     check_folder(folder, force=force)
+    folder.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(dir=folder.parent, prefix=".fit.") as name:
         whole = Path(name) / "new"
         whole.mkdir()
