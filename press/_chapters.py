@@ -7,6 +7,9 @@ every package that it imported has the version it had then. Only a change of one
 these executes a chapter again, and the reason is told; an edit of the prose never does.
 A run that wrote to stderr is not kept.
 
+What is loaded once for all that are executed (see `press._warm`), a repository lists as
+`loads` below `tool.press` in its `pyproject.toml`.
+
 The environment of the processes that make the book is chosen, not inherited, and part
 of the record. What a reader happens to have set (a backend, a locale, a time zone,
 warnings, threads, folders of settings) would change pictures, numbers or bytes. So a
@@ -23,10 +26,12 @@ import platform
 import subprocess
 import sys
 import tempfile
+import threading
 import time
-from collections.abc import Callable, Mapping, Sequence
+import tomllib
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from contextlib import suppress
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import asdict, dataclass
 from importlib import metadata
 from pathlib import Path
@@ -79,7 +84,12 @@ _CHOSEN = {
     "PYTHONUTF8": "1",
     "TZ": "UTC",
 }
-_TOOL = Path(__file__).resolve().with_name("_tool.py")
+_TOOL, _KERNEL, _WARM = (
+    Path(__file__).resolve().with_name(f"_{name}.py")
+    for name in ("tool", "kernel", "warm")
+)
+_LOADS = "papermill.cli", "ipykernel.kernelapp"  # for whatever chapter
+_MATPLOTLIBRC = "svg.hashsalt: msc\n"  # any word: it is the same in every run
 _NAMED = 4  # of the files that changed; the others are counted
 
 
@@ -159,11 +169,12 @@ def run_chapters(
         raise ValueError(f"jobs={jobs}; wanted at least 1")
     checked = {path: read_chapter(path, values) for path, values in given.items()}
     with (
+        _Warm(root, cache) as python,
         ThreadPoolExecutor(jobs) as pool,
         tqdm(total=len(given), desc="chapters", disable=None) as progress,
     ):
         futures = [
-            pool.submit(_run, path, *chapter, root=root, cache=cache, say=say)
+            pool.submit(_run, path, *chapter, root=root, python=python, say=say)
             for path, chapter in checked.items()
         ]
         try:
@@ -211,16 +222,16 @@ def _run(
     given: dict[str, Any],
     *,
     root: Path,
-    cache: Path,
+    python: "_Warm",
     say: Callable[[str], object] | None,
 ) -> Chapter:
     """Return one chapter with its outputs, from the cache if nothing has changed."""
-    kept = _kept(path, chapter, given, root=root, cache=cache)
+    kept = _kept(path, chapter, given, root=root, cache=python.cache)
     run, record = kept.run, kept.record
     if run is None or record is None or kept.reasons:
         if say:
             say(f"{path.stem}: {kept.reasons}")
-        run, record = _execute(path, given, root=root, cache=cache, code=kept.code)
+        run, record = _execute(path, given, root=root, python=python, code=kept.code)
         if _identify(run) != kept.code:
             words = "its code was edited while the book was built: build it again"
             raise ChapterError(path.stem, words, record.seconds, run)
@@ -260,9 +271,10 @@ def _kept(
 
 
 def _execute(
-    path: Path, given: Mapping[str, Any], *, root: Path, cache: Path, code: str
+    path: Path, given: Mapping[str, Any], *, root: Path, python: "_Warm", code: str
 ) -> tuple[Notebook, Record]:
     """Run a chapter by papermill in a kernel of this very interpreter."""
+    cache = python.cache
     cache.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix="run-", dir=cache.resolve()) as folder:
         start = time.perf_counter()
@@ -271,9 +283,8 @@ def _execute(
         log, output = Path(folder, "log"), Path(folder, path.name)
         spec = Path(folder, "kernels", "python3", "kernel.json")
         spec.parent.mkdir(parents=True)
-        kernel = Path(__file__).resolve().with_name("_kernel.py")
-        watched = (root.resolve(), kernel.parents[1])
-        launch = [sys.executable, *map(str, (kernel, log, *watched))]
+        watched = (root.resolve(), _KERNEL.parents[1])
+        launch = [*python.command(), *map(str, (_KERNEL, log, *watched))]
         launch += ["-f", "{connection_file}"]
         kernel_spec = {"argv": launch, "display_name": "Python 3"}
         spec.write_text(json.dumps(kernel_spec), "utf-8")
@@ -285,6 +296,7 @@ def _execute(
             "papermill.cli:papermill",
             arguments,
             cache=cache,
+            python=python.command(),
             JUPYTER_PATH=folder,
             IPYTHONDIR=folder,
         )
@@ -372,15 +384,72 @@ def _distributions() -> Mapping[str, list[str]]:
 # Processes, and their environment
 
 
+class _Warm:
+    """A Python that has loaded what chapters import, from the first that asks for it.
+
+    Without pidfds, which only Linux has, it is an ordinary Python.
+    """
+
+    def __init__(self, root: Path, cache: Path) -> None:
+        self.root, self.cache = root, cache
+        self._lock, self._open = threading.Lock(), ExitStack()
+        self._command: list[str] = []
+
+    def __enter__(self) -> "_Warm":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._open.close()
+
+    def command(self) -> list[str]:
+        """Return what a command begins with, before the script and its arguments."""
+        with self._lock:
+            if not self._command:
+                self._command = [sys.executable]
+                if hasattr(os, "pidfd_open"):
+                    address = self._open.enter_context(self._serving())
+                    self._command += ["-IS", str(_WARM), "ask", address]
+            return self._command
+
+    def _loads(self) -> list[str]:
+        """Name the modules that are loaded once: the tools', and the repository's."""
+        file = self.root / "pyproject.toml"
+        settings = tomllib.loads(file.read_text("utf-8")) if file.is_file() else {}
+        return [*_LOADS, *settings.get("tool", {}).get("press", {}).get("loads", ())]
+
+    @contextmanager
+    def _serving(self) -> Iterator[str]:
+        """Have a process load and wait; give its address."""
+        with tempfile.TemporaryDirectory() as folder:
+            address = str(Path(folder, "socket"))
+            command = [sys.executable, str(_WARM), "serve", address, *self._loads()]
+            with subprocess.Popen(
+                command,
+                cwd=folder,
+                env=environment(self.cache),
+                stdin=subprocess.PIPE,  # closed at the end, whatever happens
+                stdout=subprocess.PIPE,
+                start_new_session=True,  # Ctrl-C goes to those who ask
+            ) as process:
+                if not (process.stdout and process.stdout.readline()):
+                    raise BookError("the process that runs chapters did not start")
+                yield address
+
+
 def run_tool(
-    name: str, arguments: Sequence[str | Path], *, cache: Path, **variables: str
+    name: str,
+    arguments: Sequence[str | Path],
+    *,
+    cache: Path,
+    python: Sequence[str] = (sys.executable,),
+    **variables: str,
 ) -> subprocess.CompletedProcess[str]:
     """Run a Python command-line tool, "module:function", in a process of its own.
 
     Its environment is the chosen one, and the variables given besides.
     """
     return subprocess.run(
-        [sys.executable, str(_TOOL), name, *map(str, arguments)],
+        [*python, str(_TOOL), name, *map(str, arguments)],
         env=environment(cache) | variables,
         capture_output=True,
         encoding="utf-8",
@@ -402,15 +471,17 @@ def environment(cache: Path) -> dict[str, str]:
     """Return every variable of a process that takes part in making the book.
 
     The cache gets a folder `home`, unless it has one; with Matplotlib's list of fonts,
-    which would else be made, and told of, in chapters.
+    which would else be made, and told of, in chapters, and with its settings: names in
+    SVG do not change from run to run.
     """
     home = cache.resolve() / "home"
-    settings = home / f"matplotlib-{metadata.version('matplotlib')}"
+    settings = home / f"settings-{metadata.version('matplotlib')}"
     own = {"HOME": str(home), "MPLCONFIGDIR": str(settings), "TMPDIR": _scratch(home)}
     given = _inherited(_MACHINE) | chosen() | own
     if not settings.exists():
         home.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryDirectory(dir=home) as new:
+            Path(new, "matplotlibrc").write_text(_MATPLOTLIBRC, encoding="utf-8")
             subprocess.run(
                 [sys.executable, "-c", "import matplotlib.font_manager"],
                 env=given | {"MPLCONFIGDIR": new},

@@ -3,12 +3,12 @@
 `python _kernel.py LOG FOLDER … -f CONNECTION` is started by papermill. Each file of a
 folder that the chapter opens for reading, a module at its import or a table, goes to
 the log as a line, with the checksum of what was read; so does the name of each package
-imported. That is what the outputs depend on: nothing is declared, so nothing can be
-forgotten. Not seen are files that only a process started by the chapter reads, those
-that C libraries open, and whether a file exists that is never opened.
+imported, or loaded for all chapters. That is what the outputs depend on: nothing is
+declared, so nothing can be forgotten. Not seen are files that only a process started by
+the chapter reads, those that C libraries open, and whether a file exists that is never
+opened.
 
-Figures are kept as PNG and as SVG, without dates and with names that do not change from
-run to run. A reader's own settings of matplotlib are left aside.
+Figures are kept as PNG and as SVG, without dates.
 """
 
 import hashlib
@@ -25,7 +25,6 @@ FIGURES = {
     "figure_formats": {"png", "svg"},
     "print_figure_kwargs": {"bbox_inches": "tight", "metadata": {"Date": None}},
 }
-MATPLOTLIBRC = "svg.hashsalt: msc\n"  # any word: it is the same in every run
 
 
 def watch(log: Path, folders: Sequence[Path]) -> None:
@@ -57,7 +56,10 @@ def watch(log: Path, folders: Sequence[Path]) -> None:
             with log.open("a", encoding="utf-8") as file:
                 file.write(f"{line}\n")
 
-    note("open", (__file__, "r", os.O_RDONLY))
+    for name in {name.partition(".")[0] for name in sys.modules}:
+        note("import", (name,))
+    for file in (__file__, str(Path(__file__).with_name("_warm.py"))):
+        note("open", (file, "r", os.O_RDONLY))
     sys.addaudithook(note)
 
 
@@ -101,9 +103,6 @@ def main() -> None:
     del sys.path[0]  # this file's folder: its modules are no packages
     options = sys.argv.index("-f")
     log, *folders = map(Path, sys.argv[1:options])
-    style = log.with_name("matplotlibrc")
-    style.write_text(MATPLOTLIBRC, encoding="utf-8")
-    os.environ["MATPLOTLIBRC"] = str(style)
     # matplotlib warns if this takes a second: on a busy machine, and not on another.
     warnings.filterwarnings("ignore", "Creating legend with loc")
     watch(log, folders)
