@@ -100,7 +100,7 @@ def test_noise_is_a_chart_of_its_own():
     assert (skill.charts_ == skill.charts_[-1]).sum() == 1
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(st.lists(st.integers(-1, 3), min_size=48, max_size=48))
 def test_each_chart_is_fitted_and_predicted_alone(labels):
     skill = fast(Given(labels)).fit(tasks, policies)
@@ -169,7 +169,7 @@ def test_one_dimension_in_one_dimension_out(charts):
 
 
 @pytest.mark.parametrize("n_task_params", [2, 3])
-@pytest.mark.parametrize("n_params", [1, 2, 9])
+@pytest.mark.parametrize("n_params", [1, 3])
 def test_tasks_of_several_parameters(n_task_params, n_params):
     grid = np.random.default_rng(0).uniform(0, 3, (40, n_task_params))
     y = np.c_[grid.sum(axis=1), np.sin(grid).prod(axis=1)][:, np.arange(n_params) % 2]
@@ -189,13 +189,13 @@ def likelihoods(y, X=tasks):
     """Compare ours with the best of many random restarts."""
     ours = gaussian_process()
     theirs = GaussianProcessRegressor(
-        ours.kernel, normalize_y=True, n_restarts_optimizer=12, random_state=0
+        ours.kernel, normalize_y=True, n_restarts_optimizer=6, random_state=0
     )
     return [gp.fit(X, y).log_marginal_likelihood_value_ for gp in (ours, theirs)]
 
 
 @pytest.mark.filterwarnings("ignore::sklearn.exceptions.ConvergenceWarning")
-@pytest.mark.parametrize("step", [1, 2, 4, 8])
+@pytest.mark.parametrize("step", [2, 8])
 def test_fixed_starts_find_what_many_random_ones_find(step):
     t = tasks[:, 0]
     for y in (
@@ -644,7 +644,7 @@ def test_a_regressor_without_standard_deviation_says_so():
 
 def test_randomness_is_local_and_repeatable():
     before = pickle.dumps(np.random.get_state())  # noqa: NPY002
-    for charts in ("smce", KMeans(3), SMCE(3)):
+    for charts in ("smce", KMeans(3)):
         for seed in (None, np.random.RandomState(1), np.random.default_rng(1)):
             regressor = RandomForestRegressor(2)
             ParameterizedSkill(
@@ -703,9 +703,9 @@ def what_fails(skill):
 
 @parametrize_with_checks(
     [
-        ParameterizedSkill(),
+        ParameterizedSkill(None),
         ParameterizedSkill(KMeans(2), regressor=FIXED, kernel_per="chart"),
-        ParameterizedSkill(KMeans(2), regressor=LinearRegression()),
+        ParameterizedSkill(SMCE(2, max_clusters=2), regressor=LinearRegression()),
         ParameterizedSkill(None, regressor=KernelRidge()),
     ],
     expected_failed_checks=what_fails,
@@ -774,7 +774,7 @@ def test_polars_tables_are_taken_by_their_names():
 
 
 def test_names_of_columns_are_kept_and_compared():
-    check_dataframe_column_names_consistency("ParameterizedSkill", ParameterizedSkill())
+    check_dataframe_column_names_consistency("ParameterizedSkill", fast())
 
 
 def test_names_of_task_parameters_are_kept_without_a_warning():
@@ -810,13 +810,7 @@ def test_a_scale_on_which_nothing_is_learned_is_told(learner, scale):
 
 
 @pytest.mark.parametrize(
-    ("workspace", "noise", "n_copies"),
-    [
-        ("free", 0.0, 2),
-        ("free", 1e-4, 4),
-        ("obstacles", 0.0, 4),
-        ("obstacles", 1e-4, 2),
-    ],
+    ("workspace", "noise", "n_copies"), [("free", 0.0, 4), ("obstacles", 1e-4, 2)]
 )
 def test_tasks_given_again_change_no_prediction(workspace, noise, n_copies):
     tasks, policies, _ = load_dataset(workspace)
