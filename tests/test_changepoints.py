@@ -141,10 +141,15 @@ def test_a_task_is_one_number():
 
 
 @parametrize_with_checks([ChangePointProcess()])
-def test_scikit_learn(estimator, check):
+def test_scikit_learn(estimator, check, monkeypatch):
+    few = {"length_scale": [0.4], "noise": [1e-2], "amplitude": [1.0, 10.0]}
+    monkeypatch.setitem(RANGES, "change points", few)
     try:
         check(estimator)
     except (ValueError, AssertionError) as error:
         if "wanted one to break along" not in f"{error} {error.__context__}":
             raise
-        pytest.xfail("the check's tasks have several parameters, here there is one")
+    else:
+        return
+    # Outside of the clause: pytest would parse the sources of all that led to it.
+    pytest.xfail("the check's tasks have several parameters, here there is one")
