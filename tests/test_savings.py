@@ -244,8 +244,7 @@ def test_an_interrupted_run_goes_on(monkeypatch, tmp_path):
     monkeypatch.setattr(
         "msc.study._savings.measure_savings",
         lambda *given, **how: (
-            searched.append(given[1]["task_deg"].item())
-            or real(*given, **how)
+            searched.append(given[1]["task_deg"].item()) or real(*given, **how)
         ),
     )
     found = run_savings("free", folder=tmp_path)
