@@ -4,6 +4,7 @@ import json
 import math
 import shutil
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -27,7 +28,7 @@ from msc.robot import (
     forward_kinematics,
     read_world,
 )
-from msc.search import SearchOptions, cost, search_policy
+from msc.search import SearchOptions, SweepPlan, cost, search_policy
 from msc.study import MEASURES, METHODS
 from msc.worlds import (
     FAMILIES,
@@ -206,8 +207,10 @@ def small(tmp_path, monkeypatch):
     few = replace(FAMILIES["layout"], n_train=2, n_test=2)
     monkeypatch.setitem(FAMILIES, "layout", few)
     monkeypatch.setattr(msc.worlds._search, "_OFFSETS_DEG", {2: 20.0})
-    brief = SearchOptions(apart=0.3, max_evaluations=10, max_sweeps=0)
+    brief = SearchOptions(apart=0.3, max_evaluations=9, max_sweeps=0)
     monkeypatch.setattr(msc.worlds._search, "OPTIONS", brief)
+    plan = partial(SweepPlan, n_starts=1)
+    monkeypatch.setattr(msc.worlds._search, "SweepPlan", plan)
     monkeypatch.setattr("msc.worlds._draw._measure_cut", lambda _: 12.5)
     make_worlds(tmp_path, seed=0, count=2)
     return tmp_path
