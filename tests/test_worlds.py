@@ -78,7 +78,7 @@ def test_layouts_keep_the_rule(seed):
             assert apart - one.radius - other.radius > 0.0298
 
 
-@settings(max_examples=10, deadline=None)
+@settings(max_examples=4, deadline=None)
 @given(st.integers(0, 1000))
 def test_arms_keep_the_rule(seed):
     arms = [w for w in draw_worlds(seed) if family_of(w.name).name == "arm"]
