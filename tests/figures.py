@@ -101,10 +101,12 @@ from msc.worlds import load_questions
 NAMES = ("without obstacles", "with obstacles")
 
 
+@cache
 def results(kind):
     return load_results(f"{kind}_free", f"{kind}_obstacles")
 
 
+@cache
 def tables():
     return [load_dataset(name)[2] for name in ("free", "obstacles")]
 
@@ -240,12 +242,12 @@ def weights():
 
 @cache
 def recordings():
-    brief = SearchOptions(max_evaluations=170)
+    brief = SearchOptions(max_evaluations=45)
     return record_search(Workspace.obstacles(), 120, seed=3, n_starts=2, options=brief)
 
 
 def plain():
-    every = SearchOptions(max_evaluations=170, agreement=2)
+    every = SearchOptions(max_evaluations=45, agreement=2)
     return search_curves(
         Workspace.obstacles(), [120], seed=3, n_starts=2, options=every
     )[0]
@@ -273,6 +275,7 @@ def reconstruction():
     return plot_reconstruction(points, smce, 29)
 
 
+@cache
 def controls():
     """Return studies of all methods, each with means of its own, over decades."""
     names = [name for name in METHODS if METHODS[name].sets != "sweep"]
@@ -361,7 +364,7 @@ FIGURES = {
     plot_benchmark: lambda: plot_benchmark(load_benchmark()),
     plot_fits: lambda: plot_fits(load_benchmark()),
     plot_composition: composition,
-    plot_leaderboard: lambda: plot_leaderboard(*load_results("study_obstacles")),
+    plot_leaderboard: lambda: plot_leaderboard(results("study")[1]),
     plot_ranks: lambda: plot_ranks(ranks()),
     plot_times: lambda: plot_times(load_times()),
     plot_coverage: lambda: plot_coverage(*load_results("coverage")),
@@ -385,7 +388,7 @@ FIGURES = {
     slide_path: lambda: slide_path(Workspace.free(), np.zeros(6), 60, 60).poster,
     plot_rollouts_spent: lambda: plot_rollouts_spent(recordings(), plain()),
     plot_generations: lambda: plot_generations(
-        Workspace.obstacles(), 120, recordings(), shown=(1, 5, 10)
+        Workspace.obstacles(), 120, recordings(), shown=(1, 3, 5)
     ),
     slide_generations: lambda: (
         slide_generations(Workspace.obstacles(), 120, recordings()[0]).poster

@@ -19,17 +19,15 @@ def imagine_world(folder, name, factors, *, jumps=(), n_tasks=60, seed=0):
     """Write what a world would be found like: errors of methods, by a factor each."""
     rng = np.random.default_rng(seed)
     base = np.exp(0.2 * rng.normal(size=(10, n_tasks)))
-    cells = []
-    for size in (12, 24, 50):
-        raw = {}
-        for number, (method, factor) in enumerate((NAMES | factors).items()):
-            noise = np.exp(0.05 * np.random.default_rng(number).normal(size=base.shape))
-            keys = "mse", "mse_known", "error_cm", "excess_cost"
-            raw[method] = dict.fromkeys(keys, factor * base * noise)
-            raw[method]["touched"] = np.zeros_like(base, bool)
-        summary = summarise_cell(raw, np.ones(n_tasks, bool), np.ones(n_tasks))
-        told = {"design": "even", "n_samples": size, "repetitions": 10}
-        cells.append(told | {"measures": summary["measures"]})
+    raw = {}
+    for number, (method, factor) in enumerate((NAMES | factors).items()):
+        noise = np.exp(0.05 * np.random.default_rng(number).normal(size=base.shape))
+        keys = "mse", "mse_known", "error_cm", "excess_cost"
+        raw[method] = dict.fromkeys(keys, factor * base * noise)
+        raw[method]["touched"] = np.zeros_like(base, bool)
+    summary = summarise_cell(raw, np.ones(n_tasks, bool), np.ones(n_tasks))
+    told = {"design": "even", "repetitions": 10, "measures": summary["measures"]}
+    cells = [{**told, "n_samples": size} for size in (12, 24, 50)]
     (folder / f"{name}.json").write_text(json.dumps({"cells": cells}), "utf-8")
     found = [
         {

@@ -504,12 +504,9 @@ def test_a_number_of_copies_that_is_none_is_refused(n_parallel):
 @pytest.mark.parametrize(
     ("name", "value", "kind"),
     [
-        ("workspace", "free", "Workspace"),
         ("workspace", None, "Workspace"),
         ("workspace", Workspace, "Workspace"),
-        ("dmp", 5, "DMP"),
         ("dmp", 0, "DMP"),
-        ("controller", "x", "ControllerGains"),
         ("controller", "", "ControllerGains"),
     ],
 )

@@ -86,7 +86,8 @@ def test_a_table_may_be_named(table, searches, monkeypatch):
 
 
 def test_a_poor_table_is_found_out(table):
-    searched = audit_table(table, n_sample=2)["searched"]
+    longer = SearchOptions(max_evaluations=45, max_sweeps=0)
+    searched = audit_table(table, n_sample=2, options=longer)["searched"]
     assert searched["n_cheaper"] == 2
     assert max(searched["change_of_cost"]) < -0.005
 
@@ -101,7 +102,7 @@ def test_the_sample_is_drawn_with_the_seed(table, searches):
     searches(lambda _: np.zeros(6))
     samples = {
         tuple(audit_table(table, n_sample=2, seed=seed)["searched"]["task_deg"])
-        for seed in range(1, 9)
+        for seed in range(1, 5)
     }
     assert len(samples) > 1
 
@@ -209,7 +210,7 @@ def saved(table, searches):
 def test_the_workspace_is_the_package_s_whatever_the_name(
     command, extra, world, saved, tmp_path
 ):
-    for name in ("free.csv", "obstacles_test.csv", "elsewhere.csv"):
+    for name in ("obstacles_test.csv", "elsewhere.csv"):
         found = saved(tmp_path / name, command, **extra)
         assert found["workspace"] == world
         assert "--workspace" not in found["provenance"]["command"]

@@ -1,10 +1,15 @@
 """The benchmark: that it measures the same work each way, and all that is shown."""
 
 import ast
+import gc
+import importlib
+import io
 import json
 import math
-import subprocess
 import sys
+import warnings
+from contextlib import redirect_stdout
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -14,18 +19,46 @@ from msc.plots import benchmark_table, load_benchmark, plot_benchmark, plot_fits
 
 ROOT = Path(__file__).parents[1]
 BENCH = ROOT / "benchmarks" / "bench.py"
+WORLD = "obstacles"  # that is measured here
 
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory):
-    """Run the quick benchmark away from the repository; return figures, text, file."""
-    folder = tmp_path_factory.mktemp("bench")
-    arguments = [sys.executable, BENCH, "--quick", "--out", folder / "costs.json"]
-    result = subprocess.run(
-        arguments, cwd=folder, capture_output=True, text=True, check=False
-    )
-    assert result.returncode == 0, result.stderr
-    return load_benchmark(folder / "costs.json"), result.stdout, folder / "costs.json"
+    """Run the quick benchmark in this process; return figures, text, file.
+
+    What is of the other world, of several workers or of GPy is as it is committed:
+    tests/slow runs the program itself, and all of it.
+    """
+    out, committed = tmp_path_factory.mktemp("bench") / "costs.json", load_benchmark()
+    printed = io.StringIO()
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(BENCH.parent)
+        bench, learners = map(importlib.import_module, ("bench", "learners"))
+        patch.setattr(sys, "argv", ["bench.py", "--quick", "--out", f"{out}"])
+        patch.setattr(bench, "QUICK", replace(bench.QUICK, rounds=1, points=12))
+        for of in ("rollouts", "searches", "skill"):
+            kept, measure = committed[of], getattr(bench, f"measure_{of}")
+            patch.setattr(
+                bench,
+                f"measure_{of}",
+                lambda world, *how, kept=kept, measure=measure: (
+                    measure(world, *how) if world.name == WORLD else kept[world.name]
+                ),
+            )
+        patch.setattr(bench, "measure_circles", lambda *_: committed["growth"])
+        patch.setattr(bench, "measure_fits", lambda smce, _: fit_shapes(learners, smce))
+        patch.setattr(learners, "GPy", None)
+        with redirect_stdout(printed), warnings.catch_warnings():
+            warnings.simplefilter("ignore", ResourceWarning)  # arms go with the program
+            bench.main()
+            gc.collect()
+    return load_benchmark(out), printed.getvalue(), out
+
+
+def fit_shapes(learners, smce):
+    """Fit SMCE to few points of each shape, as the benchmark does to many."""
+    fits = [learners.fit_once(shape, 60) for shape in ("curve", "ring", "sheet")]
+    return [*learners.measure_fits(smce, ()), *fits]
 
 
 def leaves(value, name=""):
@@ -58,10 +91,10 @@ def test_every_figure_is_finite_and_positive(run):
 
 def test_other_ways_do_the_same_job(run):
     figures, *_ = run
-    for measured in figures["rollouts"].values():
-        assert measured["apart_mm"]["naive"] < 10
-        if measured["apart_mm"]["mujoco"] is not None:
-            assert measured["apart_mm"]["mujoco"] < 1
+    apart = figures["rollouts"][WORLD]["apart_mm"]
+    assert apart["naive"] < 10
+    if apart["mujoco"] is not None:
+        assert apart["mujoco"] < 1
 
 
 def test_smce_one_by_one_finds_the_same_optima(run):
@@ -77,15 +110,14 @@ def test_smce_one_by_one_finds_the_same_optima(run):
 
 def test_a_search_finds_the_same_in_lock_step_and_alone(run):
     figures, *_ = run
-    for measured in figures["searches"].values():
-        ways = measured["ways"]
-        for key in ("evaluations", "cost", "first_evaluations", "first_cost"):
-            assert ways["lockstep"][key] == ways["alone"][key]
-        # Whole generations of nine and the last rollout, not what a surrogate leaves.
-        assert {spent % 9 for spent in ways["plain"]["first_evaluations"]} == {0}
-        assert ways["plain"]["cost"] != ways["alone"]["cost"]
-        for way in ("fmin2", "lq_surr2"):  # which have one start
-            assert ways[way]["cost"] == ways[way]["first_cost"]
+    ways = figures["searches"][WORLD]["ways"]
+    for key in ("evaluations", "cost", "first_evaluations", "first_cost"):
+        assert ways["lockstep"][key] == ways["alone"][key]
+    # Whole generations of nine and the last rollout, not what a surrogate leaves.
+    assert {spent % 9 for spent in ways["plain"]["first_evaluations"]} == {0}
+    assert ways["plain"]["cost"] != ways["alone"]["cost"]
+    for way in ("fmin2", "lq_surr2"):  # which have one start
+        assert ways[way]["cost"] == ways[way]["first_cost"]
 
 
 def test_all_processes_are_fitted_to_the_same_targets(run):

@@ -105,9 +105,10 @@ def test_the_cost_is_the_sum_of_its_terms(name):
 @every_table
 def test_a_policy_executed_again_does_what_the_table_says(name):
     _, policies, table = load_dataset(name)
+    some = table[::4]
     with Arm(Workspace.named(name.removesuffix("_test"))) as arm:
-        rollouts = arm.execute_many(policies, table["task_deg"].tolist())
-    for rollout, (_, row) in zip(rollouts, table.iterrows(), strict=True):
+        rollouts = arm.execute_many(policies[::4], some["task_deg"].tolist())
+    for rollout, (_, row) in zip(rollouts, some.iterrows(), strict=True):
         assert rollout.error == pytest.approx(row["distance_m"], abs=1e-9)
         assert rollout.energy == pytest.approx(row["energy_rad2_per_s"], rel=1e-9)
         assert cost(rollout) == pytest.approx(row["cost"], rel=1e-9)
@@ -128,7 +129,7 @@ def test_the_free_manifold_is_whole_and_obstacles_break_it():
 
 def test_without_a_policy_the_arm_misses_and_with_the_searched_ones_it_does_not():
     _, policies, table = load_dataset("free")
-    tasks = table["task_deg"].tolist()
+    policies, tasks = policies[::6], table["task_deg"][::6].tolist()
     with Arm(Workspace.free()) as arm:
         missed = [
             np.mean([rollout.error for rollout in arm.execute_many(tried, tasks)])

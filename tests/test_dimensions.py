@@ -11,6 +11,7 @@ from scipy.stats import qmc
 from sklearn.base import BaseEstimator
 from sklearn.cluster import KMeans
 from sklearn.gaussian_process.kernels import RBF, ExpSineSquared
+from sklearn.linear_model import LinearRegression
 from sklearn.metrics import adjusted_rand_score
 from sklearn.model_selection import RandomizedSearchCV
 from sklearn.svm import SVC
@@ -48,7 +49,9 @@ ORDERED = {
     "ladder: pieces, true gate",
     "ladder: pieces, by trial",
 }
-ANY = [name for name in METHODS if name not in ORDERED]
+ALIKE = {"charts, λ 1", "charts, λ 100", "charts, 10 neighbours"}  # but for a number
+ALIKE |= {name for name in METHODS if METHODS[name].group == "number of charts"}
+ANY = [name for name in METHODS if name not in ORDERED | ALIKE]
 BLIND = {"mean policy", "zero policy"}  # to tasks, however wide
 
 # All methods
@@ -62,13 +65,11 @@ def smooth(X):
 
 
 def soften(method):
-    """Let searches of settings try two, and practice be as short as can be."""
-    if isinstance(method, BaseEstimator):
-        for part in method.get_params().values():
-            if isinstance(part, RandomizedSearchCV):
-                part.set_params(n_iter=2)
-    if isinstance(method, RandomizedSearchCV):
-        method.set_params(n_iter=2)
+    """Let searches of settings try one, and practice be as short as can be."""
+    parts = method.get_params().values() if isinstance(method, BaseEstimator) else []
+    for part in (method, *parts):
+        if isinstance(part, RandomizedSearchCV):
+            part.set_params(n_iter=1, cv=2)
     if hasattr(method, "n_checks"):
         one = method.set_params(n_checks=2, settings=[{}]).estimator
         has_features = "n_features" in one.get_params()
@@ -78,11 +79,15 @@ def soften(method):
     return method
 
 
-@pytest.mark.parametrize("n_numbers", [2, 3])
-@pytest.mark.parametrize("name", ANY)
+SEES_ENDS = [name for name in ANY if METHODS[name].group in ("section V", "rollouts")]
+CASES = [(name, 3) for name in ANY]
+CASES += [(name, 2) for name in ("charts", "linear interpolation", *SEES_ENDS)]
+
+
+@pytest.mark.parametrize(("name", "n_numbers"), CASES)
 def test_a_method_takes_tasks_of_several_numbers(name, n_numbers):
     world, is_practised = WORLDS[n_numbers], METHODS[name].group == "rollouts"
-    tasks = draw_tasks(world, 5 if is_practised else 40)
+    tasks = draw_tasks(world, 5 if is_practised else 24)
     X = coordinates(world, tasks)
     model = soften(build_method(name, workspace=world, n_charts=2))
     model.fit(X, smooth(X))
@@ -143,12 +148,11 @@ ISOTROPIC = (
 )
 
 
-@pytest.mark.parametrize("angle", [0.4, 2.0])
 @pytest.mark.parametrize("name", ISOTROPIC)
-def test_turning_the_plane_of_tasks_changes_nothing(name, angle):
+def test_turning_the_plane_of_tasks_changes_nothing(name):
     rng = np.random.default_rng(0)
-    X, new = rng.uniform(0, 5, (40, 2)), rng.uniform(1, 4, (20, 2))
-    turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+    X, new = rng.uniform(0, 5, (30, 2)), rng.uniform(1, 4, (20, 2))
+    turn = np.array([[-0.6, -0.8], [0.8, -0.6]])
     y = smooth(X)
     found = [
         build_method(name, n_charts=2).fit(tasks, y).predict(asked)
@@ -359,8 +363,8 @@ def test_bounds_are_as_many_as_numbers():
 
 # What is found in a plane of tasks: three smooth pieces, and borders that bend
 
-N_SEEDS = 4
-SIZES = (30, 60, 120, 240, 480)
+N_SEEDS = 3
+SIZES = (30, 120, 480)
 
 
 def pieces_of(X):
@@ -385,21 +389,17 @@ def draw_field(n_tasks, seed):
 
 @pytest.mark.parametrize("seed", range(N_SEEDS))
 def test_the_pieces_are_found(seed):
-    X = draw_field(300, seed)
+    X = draw_field(240, seed)
     policies, pieces = field(X), pieces_of(X)
-    skill = ParameterizedSkill(SMCE(3), random_state=0, verbose=False).fit(X, policies)
+    skill = ParameterizedSkill(SMCE(3), regressor=LinearRegression(), random_state=0)
     edges = task_edges(X, closed=False)
     jumps = find_jump_edges(policies, edges)
-    for found in (
-        SMCE(3, random_state=0).fit_predict(policies),
-        skill.charts_,
-        find_pieces(300, edges, jumps),
-    ):
+    for found in (skill.fit(X, policies).charts_, find_pieces(240, edges, jumps)):
         assert adjusted_rand_score(pieces, found) >= 0.99
 
 
 def test_where_charts_are_told_right_they_are_right_and_one_regression_is_not():
-    X, new = draw_field(300, 0), draw_field(400, 9)
+    X, new = draw_field(180, 0), draw_field(400, 9)
     ours = build_method("charts", n_charts=3).fit(X, field(X))
     single = build_method("single regression").fit(X, field(X))
     names = np.array([ours.charts_[pieces_of(X) == piece][0] for piece in range(3)])
@@ -411,17 +411,17 @@ def test_where_charts_are_told_right_they_are_right_and_one_regression_is_not():
 
 
 def tuned_machine():
-    return tune(SVC(), "chart gate", is_classifier=True)
+    return tune(SVC(), "chart gate", is_classifier=True).set_params(n_iter=8)
 
 
 @pytest.mark.parametrize(
     "gate", [*GATES.values(), tuned_machine], ids=[*GATES, "tuned"]
 )
 def test_a_gate_errs_the_less_the_more_it_has_seen(gate):
-    sizes = SIZES if gate in (GATES["nearest"], GATES["svm"]) else SIZES[:-1]  # quick
+    sizes = SIZES[:-1] if gate == GATES["gp"] else SIZES  # the others are quick
     shares = np.empty((N_SEEDS, len(sizes)))
     for seed in range(N_SEEDS):
-        new = draw_field(2000, 100 + seed)
+        new = draw_field(1000, 100 + seed)
         for place, n_tasks in enumerate(sizes):
             X = draw_field(n_tasks, seed)
             model = seeded_clone(gate(), 0).fit(X, pieces_of(X))

@@ -91,13 +91,13 @@ def test_errors_are_those_of_blocks_left_out(fit):
 def test_bands_are_judged_in_blocks_left_out():
     """Each fold predicted by a skill of the others; nine of ten lie within 1.645."""
     rng = np.random.default_rng(0)
-    angle = np.sort(rng.uniform(0, 300, 60))
-    push = np.cos(np.radians(angle)) + rng.normal(0, 0.2, 60)
+    angle = np.sort(rng.uniform(0, 300, 40))
+    push = np.cos(np.radians(angle)) + rng.normal(0, 0.2, 40)
     frame = pd.DataFrame({"angle": angle, "push": push})
     fit = fit_table(as_table(frame), methods=["single, one kernel"])
     assert fit.skill.method == "single, one kernel"
     X, y = frame[["angle"]].to_numpy(), frame[["push"]].to_numpy()
-    blocks = make_blocks(X, X, np.arange(60), 0)
+    blocks = make_blocks(X, X, np.arange(40), 0)
     held = []
     for fold in range(5):
         test = blocks.folds[blocks.of_row] == fold
@@ -235,7 +235,7 @@ def test_of_noise_nothing_beats_the_mean_and_choosing_is_no_better():
 def test_many_tasks_are_served_as_well_as_by_the_neighbours_of_all(monkeypatch):
     monkeypatch.setitem(msc.skills._fit.MAX_TASKS, "quick", 40)
     rng = np.random.default_rng(0)
-    tasks = rng.uniform(-3, 3, (1200, 2))
+    tasks = rng.uniform(-3, 3, (800, 2))
     policy = np.sin(3 * tasks[:, 0]) * np.cos(3 * tasks[:, 1])
     frame = pd.DataFrame(np.c_[tasks, policy], columns=["x", "y", "p"])
     names = [*QUICK, "four neighbours"]
@@ -250,15 +250,16 @@ def test_many_tasks_are_served_as_well_as_by_the_neighbours_of_all(monkeypatch):
     assert card["curve"][-1]["error"] == error["linear interpolation"]
 
 
-def test_of_ten_thousand_tasks_what_is_recommended_is_as_good_as_others_of_all():
+def test_of_thousands_what_is_recommended_is_as_good_as_others_of_all(monkeypatch):
     """New tasks of a known function; a neighbour and a tree have learned all rows."""
+    monkeypatch.setitem(msc.skills._fit.MAX_TASKS, "quick", 100)
     rng = np.random.default_rng(0)
-    tasks, new = rng.uniform(-3, 3, (10_000, 2)), rng.uniform(-3, 3, (2000, 2))
+    tasks, new = rng.uniform(-3, 3, (4000, 2)), rng.uniform(-3, 3, (2000, 2))
 
     def known(x):
         return np.sin(2 * x[:, 0]) * np.cos(2 * x[:, 1])
 
-    policy = known(tasks) + rng.normal(0, 0.05, 10_000)
+    policy = known(tasks) + rng.normal(0, 0.05, 4000)
     frame = pd.DataFrame(np.c_[tasks, policy], columns=["x", "y", "p"])
     names = ["nearest neighbour", "four neighbours"]
     skill = fit_table(as_table(frame, ("x", "y")), methods=names).skill
@@ -275,16 +276,16 @@ def test_where_policies_leap_often_the_forest_is_as_good_as_a_tree_of_all():
     """Four hundred levels along one of two columns: more than boosted trees' bins."""
     rng = np.random.default_rng(3)
     levels = rng.normal(size=400)
-    tasks, new = rng.uniform(0, 1, (10_000, 2)), rng.uniform(0, 1, (2000, 2))
+    tasks, new = rng.uniform(0, 1, (4000, 2)), rng.uniform(0, 1, (2000, 2))
     known, truth = (levels[(400 * x[:, 0]).astype(int)] for x in (tasks, new))
-    ways = METHODS["random forest"].build(10_000, 0), DecisionTreeRegressor()
+    ways = METHODS["random forest"].build(4000, 0), DecisionTreeRegressor()
     ours, tree = (
         np.mean((way.fit(tasks, known).predict(new) - truth) ** 2) for way in ways
     )
     assert ours <= 1.1 * tree
 
 
-@pytest.mark.parametrize(("height", "n_jumps"), [(0.05, 0), (0.3, 0), (0.6, 1), (2, 1)])
+@pytest.mark.parametrize(("height", "n_jumps"), [(0.3, 0), (0.6, 1)])
 def test_how_large_a_jump_has_to_be_is_told(height, n_jumps):
     """Even tasks, and one step higher than all others."""
     angle = np.arange(40.0)
@@ -361,7 +362,8 @@ COLUMNS = ["--tasks", "angle", "--policies", "push", "lift"]
 
 @pytest.fixture
 def quickly(monkeypatch):
-    """Compare what takes no time."""
+    """Compare what takes no time, and draw it coarsely."""
+    monkeypatch.setattr("msc.report._pictures._DPI", 20)
     few = {name: METHODS[name] for name in ["mean policy", "nearest neighbour"]}
     monkeypatch.setattr(msc.skills._fit, "METHODS", few)
 

@@ -37,10 +37,10 @@ def from_three_starts(obj_func, initial_theta, bounds):
     return best.x, best.fun
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(
     st.integers(0, 2**32),
-    st.one_of(st.integers(1, 5), st.sampled_from([9, 24, 60, 100])),
+    st.one_of(st.integers(1, 5), st.sampled_from([9, 24, 50])),
     st.sampled_from([(d, k) for d in (1, 2, 3) for k in KERNELS]),
     st.sampled_from(["smooth", "jump", "constant", "line"]),
     st.tuples(st.sampled_from([0.0, 0.0, 1e-4, 1e-2, 0.3]), st.booleans()),
@@ -96,8 +96,8 @@ def test_kernels_of_several_angles_need_not_be_positive():
 @pytest.mark.parametrize("n_columns", [1, 2])
 def test_few_nodes_stand_for_many_tasks(n_columns):
     rng = np.random.default_rng(0)
-    X = np.r_[rng.uniform(0, 3, (1200, n_columns)), np.full((1, n_columns), 9.0)]
-    y = np.sin(X).sum(axis=1) + 1e-3 * rng.normal(size=1201)
+    X = np.r_[rng.uniform(0, 3, (600, n_columns)), np.full((1, n_columns), 9.0)]
+    y = np.sin(X).sum(axis=1) + 1e-3 * rng.normal(size=601)
     ours = gaussian_process().fit(X, y)
     fixed = GaussianProcessRegressor(ours.kernel_, normalize_y=True, optimizer=None)
     fixed.fit(X, y)
@@ -108,7 +108,7 @@ def test_few_nodes_stand_for_many_tasks(n_columns):
     np.testing.assert_allclose(
         ours.log_marginal_likelihood_value_, fixed.log_marginal_likelihood_value_
     )
-    assert len(pickle.dumps(ours)) < 1e6  # 11 MB if all tasks stood for themselves
+    assert len(pickle.dumps(ours)) < 1e6  # 3 MB if all tasks stood for themselves
 
 
 def test_other_bounds_and_a_sample():
@@ -185,7 +185,7 @@ def repeat(tasks, copies, noise):
     return rng.permutation(many + noise * gaps * rng.uniform(-1, 1, many.shape))
 
 
-repeats = pytest.mark.parametrize("copies", [1, 2, 3, 8, 17, 20, 50])
+repeats = pytest.mark.parametrize("copies", [1, 3, 17, 50])
 noises = pytest.mark.parametrize("noise", [0.0, 1e-9, 1e-4, 0.03])
 
 
@@ -204,7 +204,7 @@ def test_repeated_tasks_far_apart_are_told(copies, noise, offset):
 
 @repeats
 @noises
-@pytest.mark.parametrize("kind", ["grid", "random", "swapped", "third"])
+@pytest.mark.parametrize("kind", ["random", "swapped", "third"])
 def test_a_column_in_another_unit_is_told_by_its_number(copies, noise, kind):
     tasks = square(1000.0)
     if kind == "random":
@@ -233,11 +233,11 @@ def test_a_column_too_narrow_to_be_seen_is_told(copies):
         warn_of_scale(tasks * 1e-4)
 
 
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=100, deadline=None)
 @given(
     st.integers(0, 2**32),
     st.integers(1, 3),
-    st.one_of(st.integers(5, 12), st.sampled_from([24, 60, 200, 500])),
+    st.one_of(st.integers(5, 12), st.sampled_from([24, 60, 200])),
     st.sampled_from(["random", "grid", "two groups", "curve"]),
     st.tuples(st.integers(1, 8), st.sampled_from([0.0, 1e-3])),
 )

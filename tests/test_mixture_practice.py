@@ -91,7 +91,7 @@ def test_a_movement_that_always_fails_loses_its_tasks():
 
 def test_practice_makes_it_cheaper_where_mixtures_fail():
     ratios = []
-    for seed in range(4):
+    for seed in range(2):
         given = {
             "execute": execute,
             "width": 0.6,
@@ -102,7 +102,7 @@ def test_practice_makes_it_cheaper_where_mixtures_fail():
             execute(model.fit(X, right(X)).predict(new), new).mean()
             for model in (
                 PractisedMixture(n_rollouts=0, **given),
-                PractisedMixture(n_rollouts=1000, **given),
+                PractisedMixture(n_rollouts=700, **given),
             )
         ]
         ratios.append(paid[1] / paid[0])

@@ -78,7 +78,7 @@ def test_a_first_step_is_that_of_policies():
         return execute(policies, X)
 
     spread = []
-    for seed in range(200):
+    for seed in range(80):
         seen.clear()
         MultiTaskSearch(
             execute=first,

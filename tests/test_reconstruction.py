@@ -1,5 +1,7 @@
 """The programs of all points against one solver call per point, of another solver."""
 
+from functools import cache
+
 import cvxpy as cp
 import numpy as np
 import pytest
@@ -47,6 +49,15 @@ def optimum(x, others, regularization, is_normalized):
     )
 
 
+@cache
+def optima(number, regularization, is_normalized):
+    X, neighbors = sample(number, *SHAPES[number])
+    return [
+        optimum(x, X[others], regularization, is_normalized)
+        for x, others in zip(X, neighbors, strict=True)
+    ]
+
+
 @pytest.mark.parametrize("solver", SOLVERS)
 @pytest.mark.parametrize("is_normalized", [True, False])
 @pytest.mark.parametrize("number", range(len(SHAPES)))
@@ -64,10 +75,7 @@ def test_objectives_are_those_of_another_solver(number, is_normalized, solver):
     np.testing.assert_allclose(
         distances, np.linalg.norm(X[neighbors] - X[:, None], axis=2)
     )
-    expected = [
-        optimum(x, X[others], regularization, is_normalized)
-        for x, others in zip(X, neighbors, strict=True)
-    ]
+    expected = optima(number, regularization, is_normalized)
     np.testing.assert_allclose(objective, expected, rtol=1e-6)
 
 
@@ -92,12 +100,9 @@ def solve_on_support(columns, penalty, c):
 
 @pytest.mark.parametrize("workspace", ["free", "obstacles"])
 @pytest.mark.parametrize("is_normalized", [True, False])
-@pytest.mark.parametrize("step", [1, 5])
-@pytest.mark.parametrize(
-    ("solver", "share"), [(None, 1e-10), ("batched", 1e-10), ("cvxpy", 1e-8)]
-)
+@pytest.mark.parametrize(("solver", "step"), [("batched", 1), ("cvxpy", 5)])
 def test_on_the_policies_it_is_within_a_ten_billionth(
-    workspace, is_normalized, solver, share, step
+    workspace, is_normalized, solver, step
 ):
     X = load_dataset(workspace)[1][::step]
     neighbors = np.argsort(cdist(X, X), axis=1, kind="stable")[:, 1:21]
@@ -115,11 +120,11 @@ def test_on_the_policies_it_is_within_a_ten_billionth(
     expected = [
         solve_on_support(*each) for each in zip(columns, penalty, coef, strict=True)
     ]
-    np.testing.assert_allclose(objective, np.array(expected, float), rtol=share)
+    np.testing.assert_allclose(objective, np.array(expected, float), rtol=1e-10)
 
 
 @pytest.mark.parametrize("solver", SOLVERS)
-@pytest.mark.parametrize("chunk", [1, 7, 20, 30])
+@pytest.mark.parametrize("chunk", [1, 7, 30])
 def test_chunks_change_nothing(chunk, monkeypatch, solver):
     X, neighbors = sample(0, 30, 3, 8)
     arguments = {"regularization": 10.0, "is_normalized": True, "solver": solver}

@@ -2,6 +2,7 @@
 
 import json
 import math
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -24,7 +25,7 @@ from msc.study import (
 )
 
 few = settings(max_examples=25, deadline=None)
-brief = SearchOptions(max_evaluations=60)
+brief = SearchOptions(max_evaluations=27)
 world = Workspace.obstacles()
 tasks, policies, table = load_dataset("obstacles_test")
 
@@ -207,6 +208,8 @@ def test_a_world_s_savings_are_those_of_its_searches(monkeypatch):
         "EVERY": 60,
     }.items():
         monkeypatch.setattr(f"msc.study._savings.{name}", value)
+    measure = partial(msc.study._savings.measure_savings, options=brief)
+    monkeypatch.setattr("msc.study._savings.measure_savings", measure)
     found = run_savings("free", seed=3)
     assert (found["n_tasks"], found["n_sets"], found["n_samples"]) == (2, 2, 24)
     rows = pd.DataFrame(found["summary"])
@@ -221,16 +224,17 @@ def test_a_world_s_savings_are_those_of_its_searches(monkeypatch):
 
 def test_an_interrupted_run_goes_on(monkeypatch, tmp_path):
     monkeypatch.chdir(Path(__file__).parents[1])
-    few = {"SAVERS": ("nearest neighbour",), "N_SETS": 1, "EVERY": 40, "_PART": 1}
+    few = {"SAVERS": ("nearest neighbour",), "N_SETS": 1, "EVERY": 60, "_PART": 1}
     for name, value in few.items():
         monkeypatch.setattr(f"msc.study._savings.{name}", value)
-    searched, real = [], msc.study._savings.measure_savings
+    briefer = SearchOptions(max_evaluations=9)
+    searched, real = [], partial(msc.study._savings.measure_savings, options=briefer)
 
     def measure(world, table, *given, **options):
         if len(searched) == 3:  # two of them are a task
             raise KeyboardInterrupt
         searched.append(table["task_deg"].item())
-        return real(world, table, *given, **options, options=brief)
+        return real(world, table, *given, **options)
 
     monkeypatch.setattr("msc.study._savings.measure_savings", measure)
     with pytest.raises(KeyboardInterrupt):
@@ -240,13 +244,12 @@ def test_an_interrupted_run_goes_on(monkeypatch, tmp_path):
     monkeypatch.setattr(
         "msc.study._savings.measure_savings",
         lambda *given, **how: (
-            searched.append(given[1]["task_deg"].item())
-            or real(*given, **how, options=brief)
+            searched.append(given[1]["task_deg"].item()) or real(*given, **how)
         ),
     )
     found = run_savings("free", folder=tmp_path)
     first = table["task_deg"].iloc[0]
     assert first not in searched
-    assert len(searched) == 4
+    assert len(searched) == 2
     assert not kept.exists()
     assert run_savings("free") == found  # all at once

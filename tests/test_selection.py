@@ -33,7 +33,7 @@ falling = st.lists(st.floats(0, 100), min_size=3, max_size=12)
 
 @pytest.fixture(scope="module")
 def picks():
-    return read_elbows(tasks, policies, max_charts=8)
+    return read_elbows(tasks, policies, max_charts=6)
 
 
 # One criterion
@@ -55,21 +55,21 @@ def test_four_clouds_far_apart_are_an_eigengap_of_four():
 def test_every_criterion_has_a_curve_and_picks_a_number_on_it(picks):
     assert list(picks) == list(SELECTION_CRITERIA)
     for found in picks.values():
-        assert len(found["curve"]) == 8
+        assert len(found["curve"]) == 6
         assert np.isfinite(found["curve"]).all()
-        assert found["picked"] in range(1, 9)
+        assert found["picked"] in range(1, 7)
     assert json.loads(json.dumps(picks)) == picks
 
 
 def test_squares_are_the_curve_of_smce(picks):
-    model = SMCE(max_clusters=8, random_state=0).fit(policies)
+    model = SMCE(max_clusters=6, random_state=0).fit(policies)
     np.testing.assert_allclose(picks["squares"]["curve"], model.elbow_curve_)
     assert picks["squares"]["picked"] == model.n_clusters_
 
 
 def test_eigengaps_are_differences_of_the_eigenvalues_of_smce(picks):
     values = SMCE(random_state=0).fit(policies).eigenvalues_
-    expected = np.diff(values)[:8]
+    expected = np.diff(values)[:6]
     np.testing.assert_allclose(picks["eigengap"]["curve"], expected, atol=1e-9)
 
 
@@ -91,13 +91,13 @@ def test_cross_validation_never_sees_a_held_out_policy():
 
 def test_only_the_cross_validation_looks_at_the_tasks(picks):
     shuffled = np.random.default_rng(0).permutation(tasks)
-    other = read_elbows(shuffled, policies, max_charts=8)
+    other = read_elbows(shuffled, policies, max_charts=6)
     for name in FROM_POLICIES:
         assert other[name] == picks[name]
     assert other["cross_validation"] != picks["cross_validation"]
 
 
-@pytest.mark.parametrize("n_tasks", [3, 4, 5, 8])
+@pytest.mark.parametrize("n_tasks", [3, 5])
 def test_few_tasks(n_tasks):
     few = slice(0, 48, 48 // n_tasks)
     for found in read_elbows(tasks[few], policies[few]).values():
@@ -145,7 +145,7 @@ def test_a_convex_curve_has_one_knee_and_it_is_the_elbow():
 
 @pytest.fixture(scope="module")
 def measured():
-    return measure_elbows(tasks, policies, n_resamples=2, max_charts=5)
+    return measure_elbows(tasks, policies, n_resamples=2, max_charts=3)
 
 
 def test_parts_are_counted_and_workers_do_not_matter(measured):
@@ -153,18 +153,24 @@ def test_parts_are_counted_and_workers_do_not_matter(measured):
     for name, found in measured["readings"].items():
         assert sum(found["resampled"].values()) == 2, name
     assert json.loads(json.dumps(measured)) == measured
-    again = measure_elbows(tasks, policies, n_resamples=2, max_charts=5, jobs=2)
+    again = measure_elbows(tasks, policies, n_resamples=2, max_charts=3, jobs=2)
     assert again == measured
 
 
-def test_parts_depend_on_the_seed():
-    noise = np.random.default_rng(0).normal(size=(15, 2))
-    one, other = (
-        measure_elbows(tasks[:15], noise, n_resamples=4, max_charts=5, seed=seed)
-        for seed in (0, 1)
+def test_parts_depend_on_the_seed(monkeypatch):
+    """Read by criteria that pick a number for the tasks that are there."""
+
+    def read(X, y, **_):
+        found = {"curve": [], "picked": int(1e6 * X.sum())}
+        return dict.fromkeys(SELECTION_CRITERIA, found)
+
+    monkeypatch.setattr("msc.study._choices.read_elbows", read)
+    one, other, again = (
+        measure_elbows(tasks, policies, n_resamples=4, seed=seed)["readings"]
+        for seed in (0, 1, 0)
     )
-    counts = [[r["resampled"] for r in m["readings"].values()] for m in (one, other)]
-    assert counts[0] != counts[1]
+    assert one != other
+    assert one == again
 
 
 def made(**resampled):
@@ -266,8 +272,8 @@ def compare_on(labels, **options):
 
 def test_nearest_gate_s_accuracy_is_scikit_learn_s():
     labels = np.repeat([0, 1, 0, 2], 10)
-    found = compare_on(labels, n_splits=8, seed=3)
-    folds = KFold(8, shuffle=True, random_state=3)
+    found = compare_on(labels, n_splits=4, seed=3)
+    folds = KFold(4, shuffle=True, random_state=3)
     scores = cross_val_score(KNeighborsClassifier(1), forty, labels, cv=folds)
     np.testing.assert_allclose(found["accuracy"]["nearest"], scores.mean())
     assert found["n_charts"] == 3
@@ -277,22 +283,25 @@ def test_nearest_gate_s_accuracy_is_scikit_learn_s():
 
 
 def test_contiguous_charts_are_told_and_chance_is_not():
-    assert min(compare_on(np.repeat([0, 1], 20))["accuracy"].values()) > 0.9
+    told = compare_on(np.repeat([0, 1], 20), n_splits=5)
+    assert min(told["accuracy"].values()) > 0.9
     chance = np.random.default_rng(0).integers(0, 2, 40)
-    assert max(compare_on(chance)["accuracy"].values()) < 0.8
+    assert max(compare_on(chance, n_splits=5)["accuracy"].values()) < 0.8
 
 
 def test_the_best_is_the_most_accurate_and_ties_go_to_the_first():
-    found = compare_on(np.repeat([0, 1, 2, 3], 10))
+    found = compare_on(np.repeat([0, 1, 2, 3], 10), n_splits=4)
     assert found["accuracy"][found["best"]] == max(found["accuracy"].values())
     assert compare_on(np.zeros(40, int))["best"] == "nearest"
 
 
 def test_one_chart_or_one_left_in_a_fold_is_answered_by_it():
     assert set(compare_on(np.zeros(40, int))["accuracy"].values()) == {1.0}
-    alone = compare_on(np.r_[1, np.zeros(39, int)], n_splits=40)
+    few = slice(0, 40, 4)
+    labels = Given(np.r_[1, np.zeros(9, int)])
+    alone = compare_gates(forty[few], circle[few], charts=labels, n_splits=10)
     accuracies = alone["accuracy"].values()
-    assert 0.9 < min(accuracies) <= max(accuracies) <= 0.975  # it is never told
+    assert 0.7 < min(accuracies) <= max(accuracies) <= 0.9  # it is never told
 
 
 def test_smce_finds_the_charts_by_default():
@@ -319,7 +328,8 @@ def test_data_that_no_gate_is_compared_on():
 
 def test_sets_of_one_size_are_averaged_apart_from_others():
     right = np.arange(40) // 20
-    sets = [compare_on(right), compare_on(right[::-1]), compare_on(right, n_splits=5)]
+    mirrored = right[::-1]
+    sets = [compare_on(labels, n_splits=3) for labels in (right, mirrored, right)]
     sets[2]["n_samples"] = 50
     small, large = average_gates(sets)
     assert (small["n_samples"], small["repetitions"]) == (40, 2)

@@ -32,7 +32,7 @@ from sklearn.utils.estimator_checks import (
     check_dataframe_column_names_consistency,
     parametrize_with_checks,
 )
-from weights import REFUSED
+from weights import REFUSED, hold
 
 import msc.learn._gaussian
 from msc import SMCE, CrKR, ParameterizedSkill, load_dataset
@@ -100,7 +100,7 @@ def test_noise_is_a_chart_of_its_own():
     assert (skill.charts_ == skill.charts_[-1]).sum() == 1
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=8, deadline=None)
 @given(st.lists(st.integers(-1, 3), min_size=48, max_size=48))
 def test_each_chart_is_fitted_and_predicted_alone(labels):
     skill = fast(Given(labels)).fit(tasks, policies)
@@ -169,7 +169,7 @@ def test_one_dimension_in_one_dimension_out(charts):
 
 
 @pytest.mark.parametrize("n_task_params", [2, 3])
-@pytest.mark.parametrize("n_params", [1, 2, 9])
+@pytest.mark.parametrize("n_params", [1, 3])
 def test_tasks_of_several_parameters(n_task_params, n_params):
     grid = np.random.default_rng(0).uniform(0, 3, (40, n_task_params))
     y = np.c_[grid.sum(axis=1), np.sin(grid).prod(axis=1)][:, np.arange(n_params) % 2]
@@ -189,13 +189,13 @@ def likelihoods(y, X=tasks):
     """Compare ours with the best of many random restarts."""
     ours = gaussian_process()
     theirs = GaussianProcessRegressor(
-        ours.kernel, normalize_y=True, n_restarts_optimizer=12, random_state=0
+        ours.kernel, normalize_y=True, n_restarts_optimizer=4, random_state=0
     )
     return [gp.fit(X, y).log_marginal_likelihood_value_ for gp in (ours, theirs)]
 
 
 @pytest.mark.filterwarnings("ignore::sklearn.exceptions.ConvergenceWarning")
-@pytest.mark.parametrize("step", [1, 2, 4, 8])
+@pytest.mark.parametrize("step", [2, 8])
 def test_fixed_starts_find_what_many_random_ones_find(step):
     t = tasks[:, 0]
     for y in (
@@ -561,7 +561,8 @@ def test_a_parameter_of_a_part_without_parameters_says_what_to_pass(
 
 def test_parameters_of_the_charts_can_be_searched():
     order = np.random.default_rng(0).permutation(48)
-    grid = {"charts": [SMCE(n_neighbors=6)], "charts__n_clusters": [1, 3]}
+    grid = {"charts": [SMCE(n_neighbors=6, max_clusters=1)]}
+    grid |= {"charts__n_clusters": [1, 3]}
     found = GridSearchCV(fast(), grid, cv=3).fit(tasks[order], policies[order])
     assert found.best_params_["charts__n_clusters"] == 3
     assert fast().set_params(charts=SMCE(), charts__n_clusters=2).charts.n_clusters == 2
@@ -644,7 +645,7 @@ def test_a_regressor_without_standard_deviation_says_so():
 
 def test_randomness_is_local_and_repeatable():
     before = pickle.dumps(np.random.get_state())  # noqa: NPY002
-    for charts in ("smce", KMeans(3), SMCE(3)):
+    for charts in ("smce", KMeans(3)):
         for seed in (None, np.random.RandomState(1), np.random.default_rng(1)):
             regressor = RandomForestRegressor(2)
             ParameterizedSkill(
@@ -671,8 +672,7 @@ def test_a_seed_of_ones_own_is_kept():
 
 @pytest.mark.parametrize("gate", ["nearest", "svm", "gp"])
 def test_pickle_and_clone(gate):
-    skill = ParameterizedSkill(KMeans(3), gate=gate, random_state=0)
-    skill.fit(tasks[::2], policies[::2])
+    skill = fast(KMeans(3), gate=gate).fit(tasks[::2], policies[::2])
     copy = pickle.loads(pickle.dumps(skill))
     np.testing.assert_array_equal(copy.predict(tasks), skill.predict(tasks))
     fresh = clone(skill)
@@ -696,22 +696,21 @@ FIXED = GaussianProcessRegressor(RBF(), alpha=1e-3, optimizer=None)
 def what_fails(skill):
     """Say which checks of scikit-learn need not hold, and why."""
     if skill.regressor is None or skill.kernel_per == "chart":
-        return {**REFUSED}
+        return REFUSED
     check = "check_sample_weight_equivalence_on_dense_data"
     return {} if skill.charts is None else {check: "copies move the charts"}
 
 
 @parametrize_with_checks(
     [
-        ParameterizedSkill(),
+        ParameterizedSkill(None),
         ParameterizedSkill(KMeans(2), regressor=FIXED, kernel_per="chart"),
-        ParameterizedSkill(KMeans(2), regressor=LinearRegression()),
+        ParameterizedSkill(SMCE(2, max_clusters=2), regressor=LinearRegression()),
         ParameterizedSkill(None, regressor=KernelRidge()),
-    ],
-    expected_failed_checks=what_fails,
+    ]
 )
 def test_scikit_learn(estimator, check):
-    check(estimator)
+    hold(check, estimator, what_fails(estimator))
 
 
 def test_weights_are_those_of_the_regressions():
@@ -774,7 +773,7 @@ def test_polars_tables_are_taken_by_their_names():
 
 
 def test_names_of_columns_are_kept_and_compared():
-    check_dataframe_column_names_consistency("ParameterizedSkill", ParameterizedSkill())
+    check_dataframe_column_names_consistency("ParameterizedSkill", fast())
 
 
 def test_names_of_task_parameters_are_kept_without_a_warning():
@@ -810,17 +809,11 @@ def test_a_scale_on_which_nothing_is_learned_is_told(learner, scale):
 
 
 @pytest.mark.parametrize(
-    ("workspace", "noise", "n_copies"),
-    [
-        ("free", 0.0, 2),
-        ("free", 1e-4, 4),
-        ("obstacles", 0.0, 4),
-        ("obstacles", 1e-4, 2),
-    ],
+    ("workspace", "noise", "n_copies"), [("free", 0.0, 4), ("obstacles", 1e-4, 2)]
 )
 def test_tasks_given_again_change_no_prediction(workspace, noise, n_copies):
     tasks, policies, _ = load_dataset(workspace)
-    X, y, new = tasks[::8], policies[::8], tasks[4::40]
+    X, y, new = tasks[::12], policies[::12], tasks[6::60]
     step = noise * np.linalg.norm(np.diff(y, axis=0), axis=1).min()
     shake = step * np.random.default_rng(0).standard_normal((n_copies * len(y), 6))
     one = ParameterizedSkill(SMCE(4, random_state=0), random_state=0)

@@ -91,8 +91,9 @@ def test_objectives_of_the_reference(form, key):
 
 
 @pytest.mark.parametrize("form", FORMS)
-@pytest.mark.parametrize("n_features", [1, 3, 12])
-@pytest.mark.parametrize("regularization", [1.0, 10.0, 1000.0])
+@pytest.mark.parametrize(
+    ("n_features", "regularization"), [(1, 10.0), (3, 1.0), (12, 1000.0)]
+)
 def test_duality_certifies_the_optimum(form, n_features, regularization):
     X = random_points(n_features, n_features=n_features)
     model = SMCE(1, form=form, regularization=regularization, n_neighbors=12)
@@ -187,7 +188,7 @@ def test_scale_is_exact_up_to_the_largest_magnitudes(form, exponent):
 # Properties
 
 seeds = st.integers(0, 2**31)
-few = settings(max_examples=15, deadline=None)
+few = settings(max_examples=8, deadline=None)
 
 
 @few
@@ -306,7 +307,7 @@ def test_there_may_be_more_components_than_eigenvalues():
     assert model.n_components_ == 100 > len(model.eigenvalues_)
 
 
-@pytest.mark.parametrize("regularization", [10, 30, 100])
+@pytest.mark.parametrize("regularization", [10, 100])
 @pytest.mark.parametrize("n_clusters", [4, None])
 @pytest.mark.parametrize("form", FORMS)
 def test_four_pieces_are_found(form, n_clusters, regularization):
@@ -316,7 +317,7 @@ def test_four_pieces_are_found(form, n_clusters, regularization):
     assert model.n_clusters_ == 4
 
 
-@pytest.mark.parametrize("regularization", [10, 30, 100])
+@pytest.mark.parametrize("regularization", [10, 100])
 def test_interleaved_trefoil_knots_in_100_dimensions(regularization):
     rng = np.random.default_rng(0)
     t = np.linspace(0, 2 * np.pi, 75, endpoint=False)
@@ -334,7 +335,7 @@ def test_interleaved_trefoil_knots_in_100_dimensions(regularization):
 def test_seeds_agree_on_the_policies(workspace, least):
     policies = load_dataset(workspace)[1]
     ours, *others = (
-        SMCE(4, random_state=seed).fit_predict(policies) for seed in range(4)
+        SMCE(4, random_state=seed).fit_predict(policies) for seed in range(3)
     )
     assert min(adjusted_rand_score(ours, other) for other in others) >= least
 
@@ -521,7 +522,7 @@ def test_pickle_and_clone():
     assert not hasattr(clone(model), "labels_")
 
 
-@parametrize_with_checks([SMCE(), SMCE(solver="batched")])
+@parametrize_with_checks([SMCE(max_clusters=3)])  # few points by CVXPY, many batched
 def test_scikit_learn(estimator, check):
     check(estimator)
 

@@ -46,7 +46,7 @@ def test_both_roads_give_eigenvectors(road, sizes):
     assert (values[:k] < 1e-10).sum() == min(len(sizes), k)
 
 
-@pytest.mark.parametrize("n_points", [100, 500, 501, 2500, 50_000])
+@pytest.mark.parametrize("n_points", [100, 500, 501, 2500, 20_000])
 def test_eigenvalues_of_a_long_chain_and_of_a_long_ring(n_points):
     """Both are known in closed form; those of a ring come in pairs."""
     chain, k = graph(n_points), np.arange(1, 8)
@@ -118,7 +118,7 @@ def crowd(n_points, n_neighbors=4):
 def test_where_all_is_near_no_inverse_is_needed(monkeypatch):
     """It would be full."""
     monkeypatch.setattr(msc.learn._spectral, "splu", None)
-    affinity = crowd(10_000)
+    affinity = crowd(5000)
     values, vectors = laplacian_eigen(affinity, 4, seed=0)
     scale = sp.diags_array(1 / np.sqrt(affinity.sum(axis=1)))
     laplacian = sp.eye_array(len(vectors)) - scale @ affinity @ scale
@@ -193,9 +193,9 @@ SHAPES = {
 
 @pytest.mark.filterwarnings("ignore:The graph has")
 @pytest.mark.parametrize("shape", SHAPES)
-def test_thousands_of_points_at_random(shape):
+def test_a_thousand_points_at_random(shape):
     """Charts hold together: no point's chart differs from most of its neighbours'."""
-    u, v = np.random.default_rng(0).uniform(size=(2, 2501))
+    u, v = np.random.default_rng(0).uniform(size=(2, 1001))
     model = SMCE(4, n_neighbors=12, random_state=0).fit(SHAPES[shape](u, v))
     assert set(model.labels_) == {0, 1, 2, 3}
     links = model.affinity_matrix_.tocoo()
