@@ -23,7 +23,8 @@ from msc.data import COLUMNS, save_table
 from msc.search._journal import Journal
 from press import check_output
 
-SHORT = ["--set", "max_evaluations=9", "--set", "max_sweeps=1"]
+# All of a generation at once, and two generations a start.
+SHORT = ["--set", "agreement=2", "--set", "max_evaluations=9", "--set", "max_sweeps=1"]
 SEARCH = ["search", "--tasks", "2", "--jobs", "1", *SHORT]
 FOUR = ["search", "--tasks", "4", *SHORT]
 ZERO = ["--policy", *"000000"]
@@ -101,7 +102,8 @@ def test_a_search_writes_a_table_that_says_how_it_was_made(capfd):
     ]
     assert resource["command"] == (
         "msc search --workspace free --tasks 2 --offset 0 --seed 5 "
-        "--set max_evaluations=9 --set max_sweeps=1 --out data/free.csv"
+        "--set agreement=2.0 --set max_evaluations=9 --set max_sweeps=1 "
+        "--out data/free.csv"
     )
     out, err = capfd.readouterr()
     assert out.startswith("new/free.csv: 2 tasks, at most ")

@@ -22,6 +22,7 @@ from msc.search._journal import Journal
 
 SEARCH = ["search", "--workspace", "obstacles", "--tasks", "4", "--jobs", "1"]
 SEARCH += ["--set", "max_evaluations=9", "--set", "max_sweeps=1"]
+SEARCH += ["--set", "agreement=2"]  # all of a generation at once
 N_WORKERS = 2
 README = Path(__file__).parents[1] / "README.md"
 

@@ -24,9 +24,9 @@ plan = SweepPlan(Workspace.free(), grid(4), seed=0, n_starts=1)
 
 # Cut short, and the consistency pass after each task's turn. Of four tasks, two are
 # searched first.
-short = SearchOptions(max_evaluations=9, max_sweeps=1, coarse_deg=180.0)
+short = SearchOptions(max_evaluations=9, agreement=2, max_sweeps=1, coarse_deg=180)
 twofold = replace(plan, n_starts=2, options=short)
-BRIEF = ["--set", "max_evaluations=18", "--set", "max_sweeps=2"]
+BRIEF = ["--set", "max_evaluations=9", "--set", "agreement=2", "--set", "max_sweeps=2"]
 
 
 @pytest.fixture(scope="module")
