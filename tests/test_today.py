@@ -193,7 +193,7 @@ def test_each_learns_a_curve(name, closed):
     method = todays_methods(closed=closed)[name]
     if name in DEAR:
         search = method[-1] if closed else method
-        search.set_params(n_iter=2)
+        search.set_params(n_iter=1)
     new = tasks[1:-1] + 0.05
     truth = np.hstack([np.sin(new), 10 * np.cos(new)])
     truth = truth if name in CHEAP else truth[:, [1]]
@@ -201,7 +201,7 @@ def test_each_learns_a_curve(name, closed):
     assert ((found - truth) ** 2).mean() < 0.25 * truth.var()
     again = todays_methods(closed=closed)[name]
     if name in DEAR:
-        (again[-1] if closed else again).set_params(n_iter=2)
+        (again[-1] if closed else again).set_params(n_iter=1)
     found_again = again.fit(X, y).predict(new).reshape(truth.shape)
     np.testing.assert_array_equal(found, found_again)
     if closed and name != "change points":
@@ -256,9 +256,12 @@ def test_a_period_is_of_one_parameter():
     [LocalLinear(), Interpolation(), RadialBasis(), FewNeighbours(3)]
 )
 def test_scikit_learn(estimator, check):
+    said = ""
     try:
         check(estimator)
     except (ValueError, AssertionError) as error:
-        if "wanted at most 4" not in f"{error} {error.__context__}":
+        said = f"{error} {error.__context__}"
+        if "wanted at most 4" not in said:
             raise
+    if said:  # apart: telling of it from there, with all its causes, takes a second
         pytest.xfail("triangles of more than four parameters take hours")
