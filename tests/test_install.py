@@ -41,7 +41,10 @@ class Missing(importlib.abc.MetaPathFinder):
             raise ModuleNotFoundError(f"No module named {name!r}", name=name)
 
 sys.meta_path.insert(0, Missing())
-import msc, press
+try:
+    import jupyter_book
+except ModuleNotFoundError:
+    import msc, press
 from msc import Arm, ParameterizedSkill, Workspace, load_dataset
 
 tasks, policies, table = load_dataset("obstacles")
