@@ -10,7 +10,7 @@ import socket
 import subprocess
 import sys
 import time
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import pytest
@@ -26,13 +26,14 @@ SEARCH += ["--set", "agreement=2"]  # all of a generation at once
 N_WORKERS = 2
 README = Path(__file__).parents[1] / "README.md"
 
-# What a worker loads before it starts, so that it has no msc at all.
+# What a worker loads before it starts, so that it has no msc until there is a file.
 WITHOUT = """
 import sys
+from pathlib import Path
 
 class Missing:
     def find_spec(self, name, path=None, target=None):
-        if name.partition(".")[0] == "msc":
+        if name.partition(".")[0] == "msc" and not Path("msc is there").exists():
             raise ModuleNotFoundError(f"No module named {name!r}", name=name)
 
 sys.meta_path.insert(0, Missing())
@@ -130,7 +131,7 @@ def complaint(capfd):
 def test_a_cluster_finds_what_one_process_finds_though_a_worker_is_killed(
     tmp_path_factory, whole, here, monkeypatch, complaint
 ):
-    """Before, there is no worker at all, then one that lacks msc."""
+    """To begin with there is no worker at all, then one that lacks msc."""
     folder = tmp_path_factory.mktemp("cluster")
     append, n_done = Journal.append, []
 
@@ -139,12 +140,13 @@ def test_a_cluster_finds_what_one_process_finds_though_a_worker_is_killed(
         first.kill()
         n_done.append(entry)
 
-    with scheduler(folder) as address:
+    with scheduler(folder) as address, ExitStack() as stack:
         assert f"{address} has no workers" in complaint(address)[0]
-        with worker(folder, address, WITHOUT):
+        with worker(folder, address, WITHOUT) as first:
             wait_for_workers(address, 1)
             assert "No module named 'msc" in complaint(address)[0]
-        with worker(folder, address) as first, worker(folder, address):
+            (folder / "msc is there").touch()
+            stack.enter_context(worker(folder, address))
             wait_for_workers(address, N_WORKERS)
             monkeypatch.setattr(msc.search._sweep, "search_steps", None)  # not here
             monkeypatch.setattr(Journal, "append", append_and_kill)

@@ -4,11 +4,8 @@ import json
 import os
 import re
 import shutil
-import socket
 import subprocess
 import sys
-import time
-import urllib.request
 from pathlib import Path
 
 import nbformat
@@ -137,6 +134,18 @@ def run(*command, folder, **environment):
 ODD = "a clone $HOME $(touch no) `touch no` 'b' \"c\" [d]* \N{SNOWMAN} #; touch no"
 
 
+def lay_out(folder):
+    """Lay out the set-up alone."""
+    root = folder / ODD
+    (root / "book").mkdir(parents=True)
+    for name in ("Makefile", "pyproject.toml", ".pre-commit-config.yaml", ".gitignore"):
+        shutil.copy(ROOT / name, root)
+    lock = root / "requirements.txt"
+    lock.touch()
+    os.utime(lock, (0, 0))
+    return root
+
+
 @pytest.fixture(scope="module")
 def clone(tmp_path_factory):
     """Lay out a repository of the set-up alone, with this very environment."""
@@ -145,16 +154,10 @@ def clone(tmp_path_factory):
         pytest.skip("needs make and git")
     if sys.prefix == sys.base_prefix:
         pytest.skip("needs a virtual environment")
-    root = tmp_path / ODD
-    (root / "book").mkdir(parents=True)
+    root = lay_out(tmp_path)
     (tmp_path / "python").mkdir()  # jsonschema does without, and nbstripout starts soon
     missing = "raise ImportError"
     (tmp_path / "python" / "rfc3987_syntax.py").write_text(missing, "utf-8")
-    for name in ("Makefile", "pyproject.toml", ".pre-commit-config.yaml", ".gitignore"):
-        shutil.copy(ROOT / name, root)
-    lock = root / "requirements.txt"
-    lock.touch()
-    os.utime(lock, (0, 0))
     (root / ".venv").symlink_to(sys.prefix)
     if not (root / ".venv" / "installed").exists():
         pytest.skip("needs the environment that make makes")
@@ -245,48 +248,25 @@ def test_after_the_hooks_a_chapter_run_in_lab_is_unchanged(clone, hooks):
     assert "import os" in run("git", "diff", folder=clone).stdout
 
 
-@pytest.fixture
-def lab(clone, tmp_path):
-    """Start JupyterLab as `make lab` does, without a browser; stop it afterwards."""
-    with socket.socket() as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
-    options = f"--no-browser --port={port} --IdentityProvider.token=t --allow-root"
-    other = tmp_path / "other" / "kernels" / "python3"  # as a user may have
-    other.mkdir(parents=True)
-    spec = {"argv": ["false"], "display_name": "Another", "language": "python"}
-    (other / "kernel.json").write_text(json.dumps(spec), "utf-8")
-    mine = os.environ | {"HOME": str(tmp_path), "JUPYTER_PATH": str(tmp_path / "other")}
-    server = subprocess.Popen(
-        ["make", "lab", f"LAB={options}"],
-        cwd=clone,
-        env=mine,
-        start_new_session=True,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-    )
-
-    def ask(address):
-        url = f"http://127.0.0.1:{port}/api/{address}?token=t"
-        with urllib.request.urlopen(url, timeout=60) as answer:
-            return json.load(answer)
-
-    for _ in range(240):
-        try:
-            ask("status")
-            break
-        except OSError:
-            assert server.poll() is None, "JupyterLab has ended"
-            time.sleep(0.5)
-    yield ask
-    os.killpg(server.pid, 2)
-    server.wait(timeout=60)
+# Stands in for Python: writes down what it is asked for.
+STAND_IN = """#!/bin/bash
+printf '%s\\n' "$JUPYTER_PATH" "$JUPYTER_PREFER_ENV_PATH" "$@" >"$TOLD"
+"""
 
 
-def test_lab_opens_the_repository_with_its_own_kernel(lab, clone):
-    names = {item["name"] for item in lab("contents")["content"]}
-    assert {"book", "Makefile", "pyproject.toml"} <= names
-    assert "no" not in names
-    found = lab("kernelspecs")
-    program = found["kernelspecs"][found["default"]]["spec"]["argv"][0]
-    assert program in ("python", str(clone / ".venv" / "bin" / "python"))
+def test_lab_is_asked_for_the_repository_and_for_its_own_kernel(tmp_path):
+    """The kernel that it then has, see tests/slow."""
+    root = lay_out(tmp_path)
+    python = root / ".venv" / "bin" / "python"
+    python.parent.mkdir(parents=True)
+    python.write_text(STAND_IN, "utf-8")
+    python.chmod(0o755)
+    (root / ".venv" / "installed").touch()
+    given = {"TOLD": str(tmp_path / "told"), "JUPYTER_PATH": str(tmp_path)}
+    done = run("make", "lab", "LAB=--no-browser --port=8", folder=root, **given)
+    assert done.returncode == 0, done.stderr
+    path, preferred, *asked = (tmp_path / "told").read_text("utf-8").splitlines()
+    assert (path, preferred) == ("", "1")
+    assert asked[:3] == ["-m", "jupyterlab", f"--ServerApp.root_dir={root}"]
+    assert asked[-2:] == ["--no-browser", "--port=8"]
+    assert not (root / "no").exists()

@@ -58,7 +58,7 @@ def machine():
     return {name: os.environ[name] for name in KEPT if name in os.environ}
 
 
-@settings(max_examples=25)
+@settings(max_examples=10)
 @given(st.dictionaries(NAMES, WORDS))
 def test_every_variable_is_the_machine_s_or_chosen(cache, theirs):
     plain = environment(cache)

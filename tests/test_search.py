@@ -518,8 +518,8 @@ def test_each_option_is_heeded():
     assert told(near=1e9)[1].merged_into == 0
     assert told(agreement=0.5)[0].cost != given.cost
     assert usual.n_agreeing == 1
-    assert replace(usual, same=9.0).n_agreeing == 3
-    agreeing = search(free, 90, seed=0, n_starts=2, options=replace(thrice, same=9.0))
+    assert replace(usual, same=99.0).n_agreeing == 3
+    agreeing = search(free, 90, seed=0, n_starts=2, options=replace(thrice, same=99.0))
     assert agreeing.n_agreeing == 2
 
 
