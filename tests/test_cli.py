@@ -5,6 +5,7 @@ import signal
 import subprocess
 import sys
 import time
+from concurrent.futures.process import BrokenProcessPool
 from pathlib import Path
 
 import numpy as np
@@ -23,26 +24,13 @@ from msc.data import COLUMNS, save_table
 from msc.search._journal import Journal
 from press import check_output
 
-SHORT = ["--set", "max_evaluations=9", "--set", "max_sweeps=1"]
+really = msc.search._sweep._search
+
+# All of a generation at once, and two generations a start.
+SHORT = ["--set", "agreement=2", "--set", "max_evaluations=9", "--set", "max_sweeps=1"]
 SEARCH = ["search", "--tasks", "2", "--jobs", "1", *SHORT]
 FOUR = ["search", "--tasks", "4", *SHORT]
 ZERO = ["--policy", *"000000"]
-
-# A module whose search finds two tasks and then waits for Ctrl-C.
-WAITING = """
-import time
-import msc.search._sweep
-
-really = msc.search._sweep._search
-
-def search(plan, work):
-    if min(work) >= 2:
-        time.sleep(300)
-    return really(plan, work)
-
-msc.search._sweep._search = search
-"""
-WAIT = "import sys, waiting; from msc.cli import main; sys.exit(main())"
 
 DISK = 6000  # bytes that a file may have, as on a disk almost full
 
@@ -63,18 +51,6 @@ def whole(tmp_path_factory):
 
 def contents(folder):
     return {file.name: file.read_bytes() for file in Path(folder).iterdir()}
-
-
-def run_program(program, *arguments):
-    """Run a program of Python in the background, and as the head of a group."""
-    return subprocess.Popen(
-        [sys.executable, "-c", program, *arguments],
-        env={**os.environ, "PYTHONPATH": os.pathsep.join(["", *sys.path])},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        start_new_session=True,
-        text=True,
-    )
 
 
 def save_old_table(path):
@@ -101,7 +77,8 @@ def test_a_search_writes_a_table_that_says_how_it_was_made(capfd):
     ]
     assert resource["command"] == (
         "msc search --workspace free --tasks 2 --offset 0 --seed 5 "
-        "--set max_evaluations=9 --set max_sweeps=1 --out data/free.csv"
+        "--set agreement=2.0 --set max_evaluations=9 --set max_sweeps=1 "
+        "--out data/free.csv"
     )
     out, err = capfd.readouterr()
     assert out.startswith("new/free.csv: 2 tasks, at most ")
@@ -128,23 +105,24 @@ def test_a_guide_may_be_a_name_and_the_command_works_again():
     assert contents("data") == contents("new")
 
 
-def test_a_search_ended_by_ctrl_c_goes_on_to_the_same_bytes(whole, here):
-    arguments = [*FOUR, "--jobs", "1", "--out"]
-    Path("waiting.py").write_text(WAITING, "utf-8")
-    process = run_program(WAIT, *arguments, "half/free.csv", "--jobs", "2")
-    journal = here / "half" / ".free.csv.partial"
-    while process.poll() is None:
-        if journal.is_file() and journal.read_bytes().count(b"\n") == 3:
-            os.killpg(process.pid, signal.SIGINT)  # as a terminal does
-            break
-        time.sleep(0.05)
-    out, err = process.communicate(timeout=120)
-    assert process.returncode == 130
+def test_an_interrupted_search_goes_on_to_the_same_bytes(whole, monkeypatch, capfd):
+    """With workers and a true Ctrl-C, see tests/slow."""
+    arguments = [*FOUR, "--jobs", "1", "--out", "half/free.csv"]
+
+    def interrupted(plan, work):
+        if min(work) >= 2:
+            raise KeyboardInterrupt
+        return really(plan, work)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(msc.search._sweep, "_search", interrupted)
+        assert main(arguments) == 130
+    out, err = capfd.readouterr()
     assert out == ""
-    assert "msc: the same command goes on from here\nmsc: interrupted\n" in err
+    assert err.endswith("msc: the same command goes on from here\nmsc: interrupted\n")
     assert files("half") == ["half/.free.csv.partial"]
 
-    assert main([*arguments, "half/free.csv"]) == 0
+    assert main(arguments) == 0
     assert contents("half") == whole
 
 
@@ -217,22 +195,37 @@ def test_a_broken_data_package_is_named_before_the_search(content, monkeypatch, 
 # A worker killed, as by the system
 
 
+def killed_over_the_third(plan, work):
+    """Stand in for a worker's search: it is killed over the third task."""
+    if min(work) >= 2:
+        time.sleep(1)
+        os.kill(os.getpid(), signal.SIGKILL)
+    return really(plan, work)
+
+
 def killed(*_, **__):
-    """Stand in for work of a worker: it is killed over it."""
-    os.kill(os.getpid(), signal.SIGKILL)
+    """Stand in for work whose worker is killed."""
+    raise BrokenProcessPool
 
 
 KILLED = "msc: error: a worker was killed, as the system does when memory runs out; "
 ANEW, ON = "the same command begins anew\n", "the same command goes on from here\n"
 
 
-def test_a_search_whose_worker_is_killed_goes_on_to_the_same_bytes(whole, here):
+def test_two_workers_find_what_one_finds(whole):
+    assert main([*FOUR, "--jobs", "2", "--out", "two/free.csv"]) == 0
+    assert contents("two") == whole
+
+
+def test_a_search_whose_worker_is_killed_goes_on_to_the_same_bytes(
+    whole, monkeypatch, capfd
+):
     arguments = [*FOUR, "--out"]
-    death = "time.sleep(1); import os; os.kill(os.getpid(), 9)"
-    Path("waiting.py").write_text(WAITING.replace("time.sleep(300)", death), "utf-8")
-    process = run_program(WAIT, *arguments, "half/free.csv", "--jobs", "2")
-    out, err = process.communicate(timeout=120)
-    assert (process.returncode, out) == (2, "")
+    with monkeypatch.context() as patch:
+        patch.setattr(msc.search._sweep, "_search", killed_over_the_third)
+        assert main([*arguments, "half/free.csv", "--jobs", "2"]) == 2
+    out, err = capfd.readouterr()
+    assert out == ""
     assert err.endswith("\n" + KILLED + ON)
     assert "Traceback" not in err
     assert files("half") == ["half/.free.csv.partial"]
@@ -244,7 +237,7 @@ def test_a_search_whose_worker_is_killed_goes_on_to_the_same_bytes(whole, here):
 
 def test_a_command_whose_worker_is_killed_says_so(monkeypatch, capfd):
     monkeypatch.setattr("msc.study._calibration._walk", killed)
-    assert main(["survey", "cut", "--out", "new/cut.json", "--jobs", "2"]) == 2
+    assert main(["survey", "cut", "--out", "new/cut.json", "--jobs", "1"]) == 2
     out, err = capfd.readouterr()
     assert err.splitlines(keepends=True)[-1] == KILLED + ANEW
     assert "Traceback" not in err
@@ -389,14 +382,14 @@ def test_a_policy_may_have_any_sign(monkeypatch):
 def test_the_module_runs_as_a_program():
     package = Path(msc.cli.__file__).parents[1]
     run = subprocess.run(
-        [sys.executable, "-m", "msc", "search", "--tasks", "1", "--out", "free.csv"],
+        [sys.executable, "-m", "msc", "search", "--jobs", "0", "--out", "free.csv"],
         env={**os.environ, "PYTHONPATH": str(package)},
         capture_output=True,
         text=True,
         check=False,
     )
     assert (run.returncode, run.stdout) == (2, "")
-    assert run.stderr == "msc: error: tasks=1; wanted at least 2\n"
+    assert run.stderr == "msc: error: jobs=0; wanted at least 1\n"
 
 
 @pytest.mark.parametrize("name", ["a.CSV", "a.Csv", "a.csv"])

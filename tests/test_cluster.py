@@ -10,7 +10,7 @@ import socket
 import subprocess
 import sys
 import time
-from contextlib import contextmanager
+from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import pytest
@@ -22,16 +22,18 @@ from msc.search._journal import Journal
 
 SEARCH = ["search", "--workspace", "obstacles", "--tasks", "4", "--jobs", "1"]
 SEARCH += ["--set", "max_evaluations=9", "--set", "max_sweeps=1"]
+SEARCH += ["--set", "agreement=2"]  # all of a generation at once
 N_WORKERS = 2
 README = Path(__file__).parents[1] / "README.md"
 
-# What a worker loads before it starts, so that it has no msc at all.
+# What a worker loads before it starts, so that it has no msc until there is a file.
 WITHOUT = """
 import sys
+from pathlib import Path
 
 class Missing:
     def find_spec(self, name, path=None, target=None):
-        if name.partition(".")[0] == "msc":
+        if name.partition(".")[0] == "msc" and not Path("msc is there").exists():
             raise ModuleNotFoundError(f"No module named {name!r}", name=name)
 
 sys.meta_path.insert(0, Missing())
@@ -98,16 +100,6 @@ def wait_for_workers(address, n_workers):
 
 
 @pytest.fixture(scope="module")
-def cluster(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("cluster")
-    with scheduler(folder) as address:
-        workers = [worker(folder, address) for _ in range(N_WORKERS)]
-        with workers[0] as first, workers[1]:
-            wait_for_workers(address, N_WORKERS)
-            yield address, first
-
-
-@pytest.fixture(scope="module")
 def whole(tmp_path_factory):
     folder = tmp_path_factory.mktemp("serial")
     assert main([*SEARCH, "--out", str(folder / "table.csv")]) == 0
@@ -118,18 +110,29 @@ def contents(folder):
     return {file.name: file.read_bytes() for file in folder.iterdir()}
 
 
+@pytest.fixture
+def complaint(capfd):
+    """What `msc search --dask` says when it fails, and how long it takes."""
+
+    def ask(address):
+        begun = time.monotonic()
+        assert main([*SEARCH, "--dask", address, "--out", "table.csv"]) == 2
+        told = capfd.readouterr().err.splitlines()
+        (line,) = [one for one in told if one.startswith("msc: error: ")]
+        assert not list(Path().iterdir())
+        return line, time.monotonic() - begun
+
+    return ask
+
+
 # The same bytes
 
 
-def test_a_cluster_finds_what_one_process_finds(cluster, whole, here, monkeypatch):
-    address, _ = cluster
-    monkeypatch.setattr(msc.search._sweep, "search_steps", None)  # not here
-    assert main([*SEARCH, "--dask", address, "--out", "new/table.csv"]) == 0
-    assert contents(here / "new") == whole
-
-
-def test_a_killed_worker_s_tasks_are_done_by_others(cluster, whole, here, monkeypatch):
-    address, first = cluster
+def test_a_cluster_finds_what_one_process_finds_though_a_worker_is_killed(
+    tmp_path_factory, whole, here, monkeypatch, complaint
+):
+    """To begin with there is no worker at all, then one that lacks msc."""
+    folder = tmp_path_factory.mktemp("cluster")
     append, n_done = Journal.append, []
 
     def append_and_kill(*entry):
@@ -137,10 +140,18 @@ def test_a_killed_worker_s_tasks_are_done_by_others(cluster, whole, here, monkey
         first.kill()
         n_done.append(entry)
 
-    assert first.poll() is None
-    monkeypatch.setattr(Journal, "append", append_and_kill)
-    assert main([*SEARCH, "--dask", address, "--out", "new/table.csv"]) == 0
-    assert first.wait() == -9
+    with scheduler(folder) as address, ExitStack() as stack:
+        assert f"{address} has no workers" in complaint(address)[0]
+        with worker(folder, address, WITHOUT) as first:
+            wait_for_workers(address, 1)
+            assert "No module named 'msc" in complaint(address)[0]
+            (folder / "msc is there").touch()
+            stack.enter_context(worker(folder, address))
+            wait_for_workers(address, N_WORKERS)
+            monkeypatch.setattr(msc.search._sweep, "search_steps", None)  # not here
+            monkeypatch.setattr(Journal, "append", append_and_kill)
+            assert main([*SEARCH, "--dask", address, "--out", "new/table.csv"]) == 0
+            assert first.wait() == -9
     assert contents(here / "new") == whole
     assert len(n_done) == len({entry[1:3] for entry in n_done})
 
@@ -200,7 +211,7 @@ def test_by_tls_a_worker_of_several_threads_finds_the_same(certificate, whole, h
         dask.config.set(certificate),
         distributed.LocalCluster(
             n_workers=1,
-            threads_per_worker=4,
+            threads_per_worker=2,
             processes=False,
             protocol="tls",
             security=distributed.Security(require_encryption=True),
@@ -235,21 +246,6 @@ def test_without_a_certificate_tls_is_refused(settings, said, capsys):
     assert said in capsys.readouterr().err
 
 
-@pytest.fixture
-def complaint(capfd):
-    """What `msc search --dask` says when it fails, and how long it takes."""
-
-    def ask(address):
-        begun = time.monotonic()
-        assert main([*SEARCH, "--dask", address, "--out", "table.csv"]) == 2
-        told = capfd.readouterr().err.splitlines()
-        (line,) = [one for one in told if one.startswith("msc: error: ")]
-        assert not list(Path().iterdir())
-        return line, time.monotonic() - begun
-
-    return ask
-
-
 def test_where_no_scheduler_listens_the_address_is_named_soon(complaint, monkeypatch):
     pytest.importorskip("distributed")
     assert msc._parallel.ANSWER_SECONDS <= 10
@@ -269,15 +265,6 @@ def test_what_is_no_address_is_named(address, complaint):
     line = complaint(address)[0]
     assert line.startswith(f"msc: error: dask='{address}': ")
     assert line.endswith("; wanted a scheduler's tcp://host:port, or tls://")
-
-
-def test_workers_that_are_missing_or_lack_msc_are_told_of(tmp_path_factory, complaint):
-    folder = tmp_path_factory.mktemp("cluster")
-    with scheduler(folder) as address:
-        assert f"{address} has no workers" in complaint(address)[0]
-        with worker(folder, address, WITHOUT):
-            wait_for_workers(address, 1)
-            assert "No module named 'msc" in complaint(address)[0]
 
 
 def test_without_the_extra_it_is_asked_for(monkeypatch, capsys):

@@ -3,6 +3,7 @@
 import re
 import runpy
 import sys
+from dataclasses import replace
 from pathlib import Path
 from types import ModuleType
 
@@ -11,6 +12,7 @@ import pytest
 from sklearn.kernel_ridge import KernelRidge
 
 from msc import find_jumps
+from msc.search import SearchOptions, search_tasks
 from msc.study import _methods as methods
 
 PAGE = (Path(__file__).parents[1] / "book" / "extend.md").read_text(encoding="utf-8")
@@ -20,10 +22,16 @@ DIFF = re.search(r"^```diff\n--- (\S+)\n(.*?)^```", PAGE, re.M | re.S)
 
 @pytest.fixture(scope="module")
 def ran(tmp_path_factory):
-    """Run all blocks one after another, as a reader would."""
+    """Run all blocks one after another, as a reader would; but many tasks briefly."""
     script = tmp_path_factory.mktemp("extend") / "blocks.py"
     script.write_text("\n\n".join(BLOCKS), encoding="utf-8")
-    return runpy.run_path(str(script))
+    brief = SearchOptions(max_evaluations=90, max_sweeps=0)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(
+            "msc.search.search_tasks",
+            lambda plan: search_tasks(replace(plan, options=brief)),
+        )
+        return runpy.run_path(str(script))
 
 
 def test_the_charts_break_where_the_policies_jump(ran):

@@ -1,5 +1,6 @@
 """The package as others install it: the built wheel, with its base requirements."""
 
+import ast
 import re
 import shutil
 import subprocess
@@ -14,6 +15,8 @@ import pytest
 from packaging.requirements import Requirement
 from packaging.specifiers import SpecifierSet
 
+from press._notebook import code_cells, read_notebook, source
+
 ROOT = Path(__file__).parents[1]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text("utf-8"))["project"]
 
@@ -23,18 +26,25 @@ BASE += ["papermill", "pillow", "pybullet", "pyyaml", "scikit-learn", "scipy"]
 BASE += ["threadpoolctl", "tqdm"]
 EXTRAS = {"cluster", "gpy", "mujoco", "skills"}
 
-# A skill from a table, and the arm that executes it, without what is no base package.
+# A skill from a table, and the arm that executes it, without what is no base package;
+# and all that chapters import: papermill alone executes them, with no Jupyter Book.
 USE = """
 import importlib.abc, sys
 import numpy as np
 
 class Missing(importlib.abc.MetaPathFinder):
     def find_spec(self, name, path=None, target=None):
-        if name.partition(".")[0] in ("distributed", "mujoco", "sphinx", "jupyterlab"):
+        if name.partition(".")[0] in (
+            "distributed", "mujoco", "sphinx", "jupyterlab",
+            "jupyter_book", "myst_nb", "myst_parser", "docutils",
+        ):
             raise ModuleNotFoundError(f"No module named {name!r}", name=name)
 
 sys.meta_path.insert(0, Missing())
-import msc, press
+try:
+    import jupyter_book
+except ModuleNotFoundError:
+    import msc, press
 from msc import Arm, ParameterizedSkill, Workspace, load_dataset
 
 tasks, policies, table = load_dataset("obstacles")
@@ -43,6 +53,17 @@ with Arm(Workspace.obstacles()) as arm:
     rollout = arm.execute(skill.predict(np.deg2rad([[123.0]]))[0], task_deg=123.0)
 print(msc.__file__, press.__file__, rollout.error, sep="\\n")
 """
+
+
+def imports():
+    """Return every import of any chapter as a line."""
+    found = {}
+    for path in sorted((ROOT / "book").glob("*.ipynb")):
+        for cell in code_cells(read_notebook(path)):
+            for node in ast.walk(ast.parse(source(cell))):
+                if isinstance(node, ast.Import | ast.ImportFrom):
+                    found[ast.unparse(node)] = None
+    return list(found)
 
 
 def name_of(requirement):
@@ -80,14 +101,12 @@ sys.modules["pybullet"] = None  # as where it has no wheels
 from dataclasses import replace
 import numpy as np
 import msc
-from msc import Arm, ParameterizedSkill, Workspace, load_dataset
+from msc import Arm, Workspace, load_dataset
 from msc.robot import Physics
 
-tasks, policies, _ = load_dataset("free")
-skill = ParameterizedSkill(random_state=0).fit(tasks[::20], policies[::20])
 world = replace(Workspace.free(), physics=Physics(engine="mujoco"))
 with Arm(world) as arm:
-    rollout = arm.execute(skill.predict(np.deg2rad([[123.0]]))[0], task_deg=123.0)
+    rollout = arm.execute(load_dataset("free").policies[123], task_deg=123.0)
 print(rollout.error)
 try:
     Arm(Workspace.free())
@@ -158,15 +177,17 @@ def test_the_wheel_holds_what_the_packages_hold(wheel):
     assert inside == kept
 
 
-def test_the_wheel_alone_fits_a_skill_and_runs_an_arm(fresh):
+def test_the_wheel_alone_fits_a_skill_runs_an_arm_and_has_what_chapters_import(fresh):
+    lines = imports()
+    assert any(line.startswith("from msc") for line in lines)
     run = subprocess.run(
-        [fresh, "-c", USE],
+        [fresh, "-c", "\n".join([USE, *lines])],
         cwd=ROOT / "data",
         capture_output=True,
         text=True,
         check=False,
     )
-    assert run.returncode == 0, run.stderr
+    assert (run.returncode, run.stderr) == (0, "")
     *places, error = run.stdout.split()
     assert all(place.startswith(str(fresh.parents[1])) for place in places)
     assert 0 < float(error) < 0.5

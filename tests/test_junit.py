@@ -5,8 +5,9 @@ import xml.etree.ElementTree as ET
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from test_book import COUNT, chapter, make_book, run, times_run
+from test_book import COUNT, chapter, make_book, times_run
 
+from press import BookError, _book
 from press._junit import Case, report
 from press._notebook import write_notebook
 from press.cli import main
@@ -64,13 +65,12 @@ def test_what_xml_holds_comes_back_and_nothing_else():
 
 @pytest.fixture
 def book(tmp_path, monkeypatch):
-    """Return a book of four chapters, all but one with a fault, as working folder."""
+    """Return a book of three chapters, all but one with a fault, as working folder."""
     root = make_book(tmp_path)
     claim = "from press import expect\nexpect({'It holds.': n > 3})"
     said = {
         "fails": ["print('so far')", "raise ValueError('too \\x1b[1mfew ]]>')"],
-        "unmet": [claim],
-        "loud": ["import sys; print('odd', file=sys.stderr)"],
+        "unmet": [claim, "import sys; print('odd', file=sys.stderr)"],
     }
     with (root / "_toc.yml").open("a", encoding="utf-8") as toc:
         for name, codes in said.items():
@@ -82,63 +82,68 @@ def book(tmp_path, monkeypatch):
     return root
 
 
-def test_the_report_has_every_chapter_and_what_went_wrong_in_it(book, capsys):
+def render_nothing(*_):
+    """Stand in for the rendering of pages, which takes seconds."""
+    raise BookError("nothing rendered")
+
+
+def test_the_report_has_every_chapter_and_what_went_wrong_in_it(
+    book, capsys, monkeypatch
+):
     assert main(["book", "--junit", "made/report.xml"]) == 2
     error = capsys.readouterr().err
     by_name = {
         case.get("name"): case for case in read((book / "made/report.xml").read_bytes())
     }
-    assert list(by_name) == ["fails", "loud", "one", "unmet"]
+    assert list(by_name) == ["fails", "one", "unmet"]
     failures = {
         name: case.find("failure").get("message")
         for name, case in by_name.items()
         if case.find("failure") is not None
     }
-    assert list(failures) == ["fails", "loud", "unmet"]
-    for name, words in failures.items():
-        assert f"{name}, {words}" in error.replace("\x1b[1m", "")
+    assert list(failures) == ["fails", "unmet"]
+    said = error.replace("\x1b[1m", "")
+    assert f"fails, {failures['fails']}" in said
+    loud, unmet = failures["unmet"].splitlines()
+    assert f"unmet, {loud}\nunmet, {unmet}" in said
     assert failures["fails"].endswith("ValueError: too few ]]>")
-    assert "not hold" in failures["unmet"]
+    assert "wrote to stderr: odd" in loud
+    assert "not hold" in unmet
     told = by_name["fails"].findtext("failure")
     assert "Traceback (most recent call last)" in told
     assert "raise ValueError(" in told
     assert by_name["fails"].findtext("system-out") == "so far\n"
-    assert by_name["loud"].findtext("system-err") == "odd\n"
+    assert by_name["unmet"].findtext("system-err") == "odd\n"
     one = by_name["one"]
     assert one.findtext("system-out").startswith("executed: never executed with")
     assert "quick 6\n" in one.findtext("system-out")
     assert float(one.get("time")) > 0.1
     # Again: what went well is kept, with the time that it took.
-    (book / "_toc.yml").write_text(
-        "root: index\nc:\n- file: one\n- file: unmet\n", "utf-8"
-    )
+    (book / "_toc.yml").write_text("root: index\nc:\n- file: one\n", "utf-8")
+    monkeypatch.setattr(_book, "_render", render_nothing)
     assert main(["book", "--junit", "made/report.xml"]) == 2
-    kept, unmet = read((book / "made/report.xml").read_bytes())
+    assert "nothing rendered" in capsys.readouterr().err
+    [kept] = read((book / "made/report.xml").read_bytes())
     assert kept.findtext("system-out").startswith("kept: nothing changed\n")
     assert kept.get("time") == one.get("time")
-    assert unmet.find("failure") is not None
+    assert main(["book", "--changed"]) == 0
+    assert capsys.readouterr() == ("", "no chapter has to be executed\n")
+    write_notebook(chapter("# One", "n"), book / "book" / "one.ipynb")
+    assert main(["book", "--changed"]) == 0
+    assert capsys.readouterr().out == "one: its code cells changed\n"
     assert times_run(book) == 1
 
 
 def test_changed_names_chapters_and_executes_none(book, capsys):
     def tell(*options):
         assert main(["book", "--changed", *options]) == 0
-        return capsys.readouterr()
+        return capsys.readouterr().out
 
     never = "never executed with profile='quick'"
-    names = ["one", "fails", "unmet", "loud"]
-    assert tell().out.splitlines() == [f"{name}: {never}" for name in names]
+    names = ["one", "fails", "unmet"]
+    assert tell().splitlines() == [f"{name}: {never}" for name in names]
+    assert tell("--profile", "full").startswith(f"one: {never[:-7]}'full'\n")
     assert not (book / "ran.txt").exists()
-    (book / "_toc.yml").write_text("root: index\nc:\n- file: one\n", "utf-8")
-    run(book, profile="quick")
-    done = tell()
-    assert done.out == ""
-    assert done.err == "no chapter has to be executed\n"
-    assert tell("--profile", "full").out == f"one: {never.replace('quick', 'full')}\n"
-    path = book / "book" / "one.ipynb"
-    write_notebook(chapter("# One", "n"), path)
-    assert tell().out == "one: its code cells changed\n"
-    assert times_run(book) == 1
 
 
 def test_changed_writes_nothing(tmp_path, monkeypatch, capsys):

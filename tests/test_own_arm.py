@@ -33,11 +33,13 @@ def road(tmp_path_factory):
     with pytest.MonkeyPatch.context() as patch:
         two = {name: METHODS[name] for name in ("mean policy", "nearest neighbour")}
         patch.setattr("msc.skills._fit.METHODS", two)
+        patch.setattr("msc.report._pictures.Picture.to_png", lambda _: "")  # dear
         patch.chdir(folder := tmp_path_factory.mktemp("mine"))
         (folder / "mine.toml").write_text(MINE, "utf-8")
         new = pd.DataFrame({"task_deg": [100.0, 200.0], "radius_m": [0.35, 0.32]})
         new.to_csv("new.csv", index=False)
-        brief = "--set max_evaluations=20 --set max_sweeps=0 --jobs 1"
+        brief = "--set max_evaluations=4 --set population=4 --set agreement=2 "
+        brief += "--set max_sweeps=0 --jobs 1"
         for command in (
             f"search --workspace mine.toml --tasks 12 {brief} --out mine.csv",
             "fit mine.csv --jobs 1 --out skill",

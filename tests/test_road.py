@@ -12,7 +12,8 @@ from msc.study import run_study
 from msc.study._study import PROFILES, Profile
 from press import build_book, write_json
 
-SHORT = "--tasks 4 --jobs 1 --set max_evaluations=45 --set max_sweeps=1"
+SHORT = "--tasks 4 --jobs 1 --set max_evaluations=45 --set agreement=2"
+SHORT += " --set max_sweeps=0"
 LITTLE = Profile(
     repetitions=2,
     sizes={"even": (4,)},

@@ -20,7 +20,8 @@ free = Workspace.free()
 rough = np.array([3.0, -2.0, 1.0, 0.5, 2.0, -1.0])
 brief = SearchOptions(max_evaluations=44, agreement=2.0)  # five times nine
 once = SearchOptions(max_evaluations=8, agreement=2.0)
-search = partial(search_policy, options=brief)
+thrice = replace(brief, max_evaluations=26)  # generations of nine
+search = partial(search_policy, options=thrice)
 
 
 def bits(result):
@@ -356,7 +357,7 @@ def test_agreement_is_kendall_s_tau_without_ties(data, one):
 def test_searches_in_lock_step_find_what_each_finds_alone():
     tasks = [20.0, 60.0, 100.0, 140.0, 180.0, 220.0]
     world, told = Workspace.obstacles(), {"seed": 1, "n_starts": 1}
-    options = SearchOptions(max_evaluations=18)
+    options = SearchOptions(max_evaluations=9)
     steps = [
         (task, search_steps(world, task, options=options, **told)) for task in tasks
     ]
@@ -493,19 +494,19 @@ def test_a_negative_seed_is_refused():
 
 def test_each_option_is_heeded():
     """A search told otherwise runs otherwise, in the respect that the option names."""
-    briefer = replace(brief, max_evaluations=26)  # three times nine
     started = {"seed": 0, "n_starts": 2, "start_policies": [rough]}
-    usual = search_policy(free, 90, **started, options=briefer)
+    usual = search_policy(free, 90, **started, options=thrice)
 
     def told(**changed):
-        how = replace(briefer, **changed)
+        how = replace(thrice, **changed)
         return search_policy(free, 90, **started, options=how).runs
 
     given, zero, drawn = usual.runs
     assert told(population=11)[0].evaluations == 33
     assert told(max_evaluations=9)[0].evaluations == 18
-    assert told(small_step=0.1)[0].cost != given.cost
-    assert told(small_step=0.1)[1].cost == zero.cost
+    narrow = told(small_step=0.1)
+    assert narrow[0].cost != given.cost
+    assert narrow[1].cost == zero.cost
     wide = told(first_step=1.0)
     assert wide[0].cost == given.cost
     assert wide[1].cost != zero.cost
@@ -517,7 +518,7 @@ def test_each_option_is_heeded():
     assert told(agreement=0.5)[0].cost != given.cost
     assert usual.n_agreeing == 1
     assert replace(usual, same=99.0).n_agreeing == 3
-    agreeing = search(free, 90, seed=0, n_starts=2, options=replace(briefer, same=99.0))
+    agreeing = search(free, 90, seed=0, n_starts=2, options=replace(thrice, same=99.0))
     assert agreeing.n_agreeing == 2
 
 

@@ -193,18 +193,20 @@ def test_each_learns_a_curve(name, closed):
     method = todays_methods(closed=closed)[name]
     if name in DEAR:
         search = method[-1] if closed else method
-        search.set_params(n_iter=2)
+        search.set_params(n_iter=1)
     new = tasks[1:-1] + 0.05
     truth = np.hstack([np.sin(new), 10 * np.cos(new)])
     truth = truth if name in CHEAP else truth[:, [1]]
     found = method.fit(X, y).predict(new).reshape(truth.shape)
     assert ((found - truth) ** 2).mean() < 0.25 * truth.var()
-    again = todays_methods(closed=closed)[name]
+    if not closed:
+        return
+    again = todays_methods(closed=True)[name]
     if name in DEAR:
-        (again[-1] if closed else again).set_params(n_iter=2)
+        again[-1].set_params(n_iter=1)
     found_again = again.fit(X, y).predict(new).reshape(truth.shape)
     np.testing.assert_array_equal(found, found_again)
-    if closed and name != "change points":
+    if name != "change points":
         ends = method.predict([[0.0], [2 * np.pi]])
         assert_allclose(*ends, atol=1e-6)
 
@@ -256,9 +258,12 @@ def test_a_period_is_of_one_parameter():
     [LocalLinear(), Interpolation(), RadialBasis(), FewNeighbours(3)]
 )
 def test_scikit_learn(estimator, check):
+    said = ""
     try:
         check(estimator)
     except (ValueError, AssertionError) as error:
-        if "wanted at most 4" not in f"{error} {error.__context__}":
+        said = f"{error} {error.__context__}"
+        if "wanted at most 4" not in said:
             raise
+    if said:  # apart: telling of it from there, with all its causes, takes a second
         pytest.xfail("triangles of more than four parameters take hours")
