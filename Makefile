@@ -56,7 +56,7 @@ test-browser: $(STAMP) ## look at the built book in Chromium: every page, slider
 	@CHROMIUM=$(call quoted,$(CHROMIUM)) $(BIN) -m pytest --numprocesses $(JOBS) \
 		--dist worksteal tests/browser
 
-test-slow: $(STAMP) ## run the chapters with a hundred legal settings of parameters
+test-slow: $(STAMP) ## run what takes long: a hundred settings of chapters, all that is kept
 	@$(ONE_THREAD) $(BIN) -m pytest --numprocesses $(JOBS) tests/slow
 
 lint: $(STAMP) ## check style, types, docstrings, words, and that notebooks carry no outputs
