@@ -123,7 +123,8 @@ lock: $(STAMP) ## resolve requirements.in anew into requirements.txt
 clean: ## remove everything built, but not .venv
 	@rm -rf _build .mypy_cache .pytest_cache .ruff_cache .hypothesis
 
-# The environment: exactly the lock, made anew whenever the lock changes.
+# The environment: exactly the lock, made anew whenever the lock changes. The lock is
+# complete, and what is imported is compiled then: pip need do neither.
 NEEDED := 3.11# the newest that PyBullet supports
 version = $(or $(shell $(call quoted,$1) -c 'import sys; print("%d.%d" % sys.version_info[:2])' 2>/dev/null),missing)
 on_path = $(firstword $(foreach name,python$(NEEDED) python3,$(if $(filter $(NEEDED),$(call version,$(name))),$(name))))
@@ -139,14 +140,15 @@ $(STAMP): requirements.txt
 ifneq ($(UV),)
 	@UV_VENV_CLEAR=1 $(call quoted,$(UV)) venv --python $(call quoted,$(python)) $(VENV) \
 	|| { echo "uv brought no Python $(NEEDED): $(name_one)." >&2; exit 1; }
-	@$(call quoted,$(UV)) pip install --python $(BIN) --compile-bytecode \
+	@$(call quoted,$(UV)) pip install --python $(BIN) \
 		--require-hashes -r requirements.txt
 	@$(call quoted,$(UV)) pip install --python $(BIN) --no-deps --no-build-isolation \
 		--editable .
 else
 	@$(call quoted,$(python)) -m venv --clear $(VENV) || { rm -rf $(VENV); exit 1; }
 	@total=$$(grep -c '^[^ #]' requirements.txt); n=0; \
-	{ PYTHONUNBUFFERED=1 $(BIN) -m pip install --require-hashes -r requirements.txt 2>&1; } \
+	{ PYTHONUNBUFFERED=1 $(BIN) -m pip install --require-hashes --no-deps \
+		--no-compile -r requirements.txt 2>&1; } \
 	| tee $(VENV)/pip.log | while read -r word rest; do case $$word in \
 		Collecting|Processing) n=$$((n + 1)); \
 			(( n % 30 )) || echo "  found $$n of $$total packages";; \

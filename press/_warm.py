@@ -24,12 +24,12 @@ STREAMS = (0, 1, 2)
 def serve(address: str, modules: Sequence[str]) -> list[str]:
     """Load modules and make copies; return in each of them, with its script's words."""
     import gc  # noqa: PLC0415 (who asks needs neither)
-    from importlib import import_module  # noqa: PLC0415
+    from pkgutil import resolve_name  # noqa: PLC0415
 
     sys.modules["rfc3987_syntax"] = None  # type: ignore[assignment] # see `_tool`
     for name in modules:
         with suppress(ModuleNotFoundError):  # then no script can want it
-            import_module(name)
+            resolve_name(name)
     gc.freeze()  # what no collection visits, copies go on sharing
     signal.signal(signal.SIGCHLD, signal.SIG_IGN)  # nobody waits for those who mind
     with socket.socket(socket.AF_UNIX) as listener:

@@ -592,16 +592,16 @@ def test_a_third_is_executed_again_elsewhere(repository, monkeypatch):
         assert (cwd / "book" / "one.ipynb").is_file()
         shutil.copytree(html, cwd / "_build" / "html")
         (cwd / "_build" / "html" / "_static" / "seconds.js").write_text("1", "utf-8")
-        (cwd / "_build" / "html" / "index.html").write_text(*elsewhere)
+        (cwd / "_build" / "html" / "index.html").write_text(elsewhere, "utf-8")
         return subprocess.CompletedProcess(command, status)
 
     monkeypatch.setattr(_release, "build_book", lambda **_: html / "index.html")
     monkeypatch.setattr(_release, "environment", lambda cache: {"cache": cache})
     monkeypatch.setattr(_release.subprocess, "run", build)
-    said, elsewhere, status = [], ["here", "utf-8"], 0
+    said, elsewhere, status = [], "here", 0
     assert not build_twice(repository, profile="full", say=said.append)
     assert said == ["executed again elsewhere: one"]
-    elsewhere = ["there", "utf-8"]
+    elsewhere = "there"
     assert build_twice(repository, profile="full") == ["index.html"]
     status = 1
     with pytest.raises(BookError, match="could not be built again elsewhere"):

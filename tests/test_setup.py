@@ -45,14 +45,14 @@ fi
 """
 BY_UV = [
     "uv venv --python 3.11 .venv",
-    "uv pip install --python .venv/bin/python --compile-bytecode --require-hashes "
+    "uv pip install --python .venv/bin/python --require-hashes "
     "-r requirements.txt",
     "uv pip install --python .venv/bin/python --no-deps --no-build-isolation "
     "--editable .",
 ]
 BY_PIP = [
     "python3.11 -m venv --clear .venv",
-    "python -m pip install --require-hashes -r requirements.txt",
+    "python -m pip install --require-hashes --no-deps --no-compile -r requirements.txt",
     "python -m pip install --quiet --no-deps --no-build-isolation --editable .",
 ]
 
