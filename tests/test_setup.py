@@ -45,8 +45,7 @@ fi
 """
 BY_UV = [
     "uv venv --python 3.11 .venv",
-    "uv pip install --python .venv/bin/python --require-hashes "
-    "-r requirements.txt",
+    "uv pip install --python .venv/bin/python --require-hashes -r requirements.txt",
     "uv pip install --python .venv/bin/python --no-deps --no-build-isolation "
     "--editable .",
 ]
