@@ -119,6 +119,23 @@ class Picture:
         return f"{self.chapter}-{self.number}"
 
 
+def _number_clips(svg: str) -> str:
+    """Name the clips of a figure by numbers.
+
+    Matplotlib makes their names of places to the last bit, and that of a layout may
+    differ from run to run.
+
+    >>> _number_clips('<clipPath id="p0123456789"/> <g clip-path="url(#p0123456789)"/>')
+    '<clipPath id="clip0"/> <g clip-path="url(#clip0)"/>'
+    """
+    known: dict[str, str] = {}
+    return re.sub(
+        r'(?<=id="|rl\(#)p[0-9a-f]{10}\b',
+        lambda name: known.setdefault(name[0], f"clip{len(known)}"),
+        svg,
+    )
+
+
 def find_pictures(chapter: str, notebook: Notebook) -> list[Picture]:
     """Find the figures of an executed chapter, in the order of the page."""
     found: list[Picture] = []
@@ -133,7 +150,7 @@ def find_pictures(chapter: str, notebook: Notebook) -> list[Picture]:
                     cell=place,
                     alt=alternative_text(cell),
                     png=base64.b64decode("".join(data[PNG])),
-                    svg="".join(data.get(SVG, "")),
+                    svg=_number_clips("".join(data.get(SVG, ""))),
                 )
                 found.append(picture)
     return found

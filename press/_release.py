@@ -16,7 +16,7 @@ import tomllib
 import zipfile
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 from urllib.parse import unquote
 
 import yaml
@@ -33,6 +33,8 @@ from press._edition import (
 from press._files import locked
 from press._kernel import is_aside
 from press._pages import SECONDS_JS, Subject
+
+T = TypeVar("T")
 
 # What two builds of one commit may differ in: how long the chapters took.
 MAY_DIFFER = frozenset({f"_static/{SECONDS_JS}"})
@@ -115,8 +117,8 @@ def build_twice(
 ) -> list[str]:
     """Build the book, and again by a copy of the code in another folder.
 
-    There all pages are rendered from nothing, but of the chapters a third is executed,
-    which one the commit decides: three commits have each executed about once. The
+    There all pages are rendered from nothing, but of the chapters a fifth is executed,
+    which one the commit decides: five commits have each executed about once. The
     others' runs are taken from here.
 
     Parameters
@@ -157,7 +159,7 @@ def build_twice(
         edition = find_edition(root)
         (copy / ARCHIVAL).write_text(edition.archival, encoding="utf-8")
         names = [page.stem for page in pages(root) if page.suffix == ".ipynb"]
-        again = names if whole else pick_third(names, edition.commit)
+        again = names if whole else pick_some(names, edition.commit, every=5)
         if say:
             say(f"executed again elsewhere: {', '.join(again)}")
         cache = copy / "_build" / "cache"
@@ -175,13 +177,13 @@ def build_twice(
         return [n for n in differences(here.parent, there) if n not in MAY_DIFFER]
 
 
-def pick_third(names: Sequence[str], commit: str) -> list[str]:
-    """Pick every third of the chapters, the first of them by the commit.
+def pick_some(names: Sequence[T], commit: str, every: int) -> list[T]:
+    """Pick every so manieth of some names, the first of them by the commit.
 
-    >>> pick_third(["one", "two", "three", "four"], commit="")
+    >>> pick_some(["one", "two", "three", "four"], commit="", every=3)
     ['one', 'four']
     """
-    return list(names[sum(commit.encode()) % 3 :: 3])
+    return list(names[sum(commit.encode()) % every :: every])
 
 
 def differences(one: Path, other: Path) -> list[str]:

@@ -283,7 +283,7 @@ def _add_building(commands: Commands) -> None:
             parser.add_argument(
                 "--all",
                 action="store_true",
-                help="execute all chapters again, not a third of them by the commit",
+                help="execute all chapters again, not a fifth of them by the commit",
             )
         if name == "book":
             parser.add_argument(

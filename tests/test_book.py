@@ -571,7 +571,7 @@ def test_where_there_is_no_msc_the_press_tells_what_it_would_execute(
     assert told.stdout == "one: never executed with profile='full'\n"
 
 
-def test_a_third_is_executed_again_elsewhere(repository, monkeypatch):
+def test_some_chapters_are_executed_again_elsewhere(repository, monkeypatch):
     """The builds themselves are made up; `make twice` is the whole."""
     write_notebook(chapter("# Two", "1 + 1"), repository / "book" / "two.ipynb")
     with (repository / "_toc.yml").open("a", encoding="utf-8") as toc:

@@ -12,7 +12,7 @@ from conftest import WIDE, switch_theme
 from known import is_known
 
 from press._edition import find_edition
-from press._release import pick_third
+from press._release import pick_some
 
 AXE = (Path(axe_playwright_python.__file__).parent / "axe.min.js").read_text("utf-8")
 NARROW = {"width": 375, "height": 800}
@@ -135,11 +135,11 @@ def cover():
     return chosen
 
 
-# axe-core looks long: at these, and at a third of the others by the commit, or at all
-# with EVERY_PAGE=1.
+# axe-core looks long: at these, and at a third of the others by the commit, or with
+# EVERY=1 at all.
 KINDS = cover()
-EXAMINED = {*KINDS, *pick_third(PAGES, find_edition(ROOT).commit)}
-if "EVERY_PAGE" in os.environ:
+EXAMINED = {*KINDS, *pick_some(PAGES, find_edition(ROOT).commit, every=3)}
+if "EVERY" in os.environ:
     EXAMINED = {*PAGES}
 
 
