@@ -12,7 +12,14 @@ import sys
 
 from hypothesis import settings
 
-LONGEST = "test_study", "test_skill", "test_book", "test_legible", "test_fit", "test_cluster"
+LONGEST = (
+    "test_study",
+    "test_skill",
+    "test_book",
+    "test_legible",
+    "test_fit",
+    "test_cluster",
+)
 
 settings.register_profile("same", derandomize=True)
 settings.load_profile("same")
