@@ -63,10 +63,12 @@ def built(name):
     return HTML / f"{name}.html"
 
 
+@cache
+def source(name):
+    """Return the HTML of a page; empty if it is not built."""
+    return built(name).read_text(encoding="utf-8") if built(name).is_file() else ""
+
+
 def holding(text):
     """Name the pages whose HTML holds a text."""
-    return [
-        name
-        for name in PAGES
-        if built(name).is_file() and text in built(name).read_text(encoding="utf-8")
-    ]
+    return [name for name in PAGES if text in source(name)]

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import axe_playwright_python
 import pytest
-from built import PAGES, ROOT, built, holding
+from built import PAGES, ROOT, holding, source
 from conftest import WIDE, switch_theme
 from known import is_known
 
@@ -124,9 +124,7 @@ def late_figure(page, name):
 def cover():
     """Choose pages that together hold every kind of thing of our own."""
     kinds = {
-        name: set(re.findall(r'class="(msc-[a-z-]+)', built(name).read_text("utf-8")))
-        for name in PAGES
-        if built(name).is_file()
+        name: set(re.findall(r'class="(msc-[a-z-]+)', source(name))) for name in PAGES
     }
     chosen, missing = [], set().union(*kinds.values())
     while missing:
