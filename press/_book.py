@@ -31,7 +31,6 @@ from press._chapters import (
     ChapterError,
     find_changed,
     run_chapters,
-    run_tool,
 )
 from press._edition import (
     DOWNLOADS,
@@ -64,6 +63,7 @@ from press._pages import (
     write_shown,
     write_vectors,
 )
+from press._processes import run_tool
 
 PROFILE_NAMES = ("quick", "full")
 ENDINGS = (".ipynb", ".md", ".rst")  # of pages

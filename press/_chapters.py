@@ -6,16 +6,6 @@ the same, every file that it read (see `press._kernel`) has the content it had t
 every package that it imported has the version it had then. Only a change of one of
 these executes a chapter again, and the reason is told; an edit of the prose never does.
 A run that wrote to stderr is not kept.
-
-What is loaded once for all that are executed (see `press._warm`), a repository lists as
-`loads` below `tool.press` in its `pyproject.toml`.
-
-The environment of the processes that make the book is chosen, not inherited, and part
-of the record. What a reader happens to have set (a backend, a locale, a time zone,
-warnings, threads, folders of settings) would change pictures, numbers or bytes. So a
-process that executes a chapter, renders or prints gets the little that the machine
-itself needs, what is chosen here, and a home that holds nothing but Matplotlib's list
-of fonts.
 """
 
 import functools
@@ -23,15 +13,11 @@ import hashlib
 import json
 import os
 import platform
-import subprocess
-import sys
 import tempfile
-import threading
 import time
-import tomllib
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
-from contextlib import ExitStack, contextmanager, suppress
+from contextlib import ExitStack
 from dataclasses import asdict, dataclass
 from importlib import metadata
 from pathlib import Path
@@ -56,40 +42,9 @@ from press._notebook import (
     write_notebook,
 )
 from press._parameters import check
+from press._processes import chosen, run_tool, warm_python
 
-# Without these some machines run nothing.
-_MACHINE = (
-    "PATH",
-    "LD_LIBRARY_PATH",
-    "LD_PRELOAD",
-    "DYLD_LIBRARY_PATH",
-    "DYLD_FALLBACK_LIBRARY_PATH",
-    "SYSTEMROOT",
-)
-# With these a processor computes by other instructions, or without a library's fault.
-_SWITCHES = (
-    "OPENBLAS_CORETYPE",
-    "OPENBLAS_L2_SIZE",
-    "NPY_DISABLE_CPU_FEATURES",
-    "GLIBC_TUNABLES",
-)
-_CHOSEN = {
-    "COLUMNS": "80",
-    "JUPYTER_NO_CONFIG": "1",
-    "LC_ALL": "C.UTF-8",
-    "MPLBACKEND": "module://matplotlib_inline.backend_inline",
-    "OMP_NUM_THREADS": "1",
-    "PYTHONHASHSEED": "0",
-    "PYTHONNOUSERSITE": "1",
-    "PYTHONUTF8": "1",
-    "TZ": "UTC",
-}
-_TOOL, _KERNEL, _WARM = (
-    Path(__file__).resolve().with_name(f"_{name}.py")
-    for name in ("tool", "kernel", "warm")
-)
-_LOADS = "papermill.cli", "ipykernel.kernelapp"  # for whatever chapter
-_MATPLOTLIBRC = "svg.hashsalt: msc\n"  # any word: it is the same in every run
+_KERNEL = Path(__file__).resolve().with_name("_kernel.py")
 _NAMED = 4  # of the files that changed; the others are counted
 
 
@@ -167,15 +122,18 @@ def run_chapters(
     """
     if jobs < 1:
         raise ValueError(f"jobs={jobs}; wanted at least 1")
-    checked = {path: read_chapter(path, values) for path, values in given.items()}
-    with (
-        _Warm(root, cache) as python,
-        ThreadPoolExecutor(jobs) as pool,
-        tqdm(total=len(given), desc="chapters", disable=None) as progress,
-    ):
+    found = _look_up(given, root=root, cache=cache)
+    with ExitStack() as stack:
+        python: list[str] = []  # nothing is executed
+        if any(one.reasons for one in found):
+            python = stack.enter_context(warm_python(root, cache))
+        pool = stack.enter_context(ThreadPoolExecutor(jobs))
+        progress = stack.enter_context(
+            tqdm(total=len(given), desc="chapters", disable=None)
+        )
         futures = [
-            pool.submit(_run, path, *chapter, root=root, python=python, say=say)
-            for path, chapter in checked.items()
+            pool.submit(_run, one, root=root, cache=cache, python=python, say=say)
+            for one in found
         ]
         try:
             for future in as_completed(futures):
@@ -197,12 +155,8 @@ def find_changed(
     given: Mapping[Path, Mapping[str, Any]], *, root: Path, cache: Path
 ) -> dict[str, str]:
     """Say which chapters `run_chapters` would execute, and why; execute none."""
-    checked = {path: read_chapter(path, values) for path, values in given.items()}
-    reasons = {
-        path.stem: _kept(path, *chapter, root=root, cache=cache).reasons
-        for path, chapter in checked.items()
-    }
-    return {name: words for name, words in reasons.items() if words}
+    found = _look_up(given, root=root, cache=cache)
+    return {one.path.stem: one.reasons for one in found if one.reasons}
 
 
 def read_chapter(
@@ -216,47 +170,32 @@ def read_chapter(
         raise ValueError(f"{path.stem}: {error}") from error
 
 
-def _run(
-    path: Path,
-    chapter: Notebook,
-    given: dict[str, Any],
-    *,
-    root: Path,
-    python: "_Warm",
-    say: Callable[[str], object] | None,
-) -> Chapter:
-    """Return one chapter with its outputs, from the cache if nothing has changed."""
-    kept = _kept(path, chapter, given, root=root, cache=python.cache)
-    run, record = kept.run, kept.record
-    if run is None or record is None or kept.reasons:
-        if say:
-            say(f"{path.stem}: {kept.reasons}")
-        run, record = _execute(path, given, root=root, python=python, code=kept.code)
-        if _identify(run) != kept.code:
-            words = "its code was edited while the book was built: build it again"
-            raise ChapterError(path.stem, words, record.seconds, run)
-        run["metadata"]["record"] = asdict(record)
-        if not complaints(run):
-            write_notebook(run, kept.file)
-    done = with_outputs(chapter, run)
-    if cell := without_picture(done):
-        words = f"{cell}: it has alternative text, but no picture"
-        raise ChapterError(path.stem, words, record.seconds, done)
-    return Chapter(path.stem, done, record, given, kept.reasons)
-
-
 class _Kept(NamedTuple):
-    """What is kept of a chapter, and why that does not hold."""
+    """A chapter, what is kept of its last run, and why that does not hold."""
 
-    file: Path
+    path: Path
+    chapter: Notebook
+    given: dict[str, Any]
+    file: Path  # where the run is, or would be
     code: str  # digest of the chapter's code cells as they are now
     run: Notebook | None
     record: Record | None
     reasons: str
 
 
+def _look_up(
+    given: Mapping[Path, Mapping[str, Any]], *, root: Path, cache: Path
+) -> list[_Kept]:
+    """Look up the last runs of chapters, after all their parameters are checked."""
+    checked = {path: read_chapter(path, values) for path, values in given.items()}
+    return [
+        _kept(path, *chapter, root=root, cache=cache)
+        for path, chapter in checked.items()
+    ]
+
+
 def _kept(
-    path: Path, chapter: Notebook, given: Mapping[str, Any], *, root: Path, cache: Path
+    path: Path, chapter: Notebook, given: dict[str, Any], *, root: Path, cache: Path
 ) -> _Kept:
     """Look up a chapter's last run with these parameters."""
     code = _identify(chapter)
@@ -264,17 +203,52 @@ def _kept(
     run = read_notebook(file) if file.exists() else None
     record = read_record(run["metadata"].get("record", {})) if run else None
     if record:
-        return _Kept(file, code, run, record, "; ".join(record.changes(code, root)))
-    named = ", ".join(f"{name}={value!r}" for name, value in given.items())
-    never = "never executed" + (f" with {named}" if named else "")
-    return _Kept(file, code, run, record, never)
+        reasons = "; ".join(record.changes(code, root))
+    else:
+        named = ", ".join(f"{name}={value!r}" for name, value in given.items())
+        reasons = "never executed" + (f" with {named}" if named else "")
+    return _Kept(path, chapter, given, file, code, run, record, reasons)
+
+
+def _run(
+    kept: _Kept,
+    *,
+    root: Path,
+    cache: Path,
+    python: Sequence[str],
+    say: Callable[[str], object] | None,
+) -> Chapter:
+    """Return one chapter with its outputs, from the cache if nothing has changed."""
+    path, given, run, record = kept.path, kept.given, kept.run, kept.record
+    if run is None or record is None or kept.reasons:
+        if say:
+            say(f"{path.stem}: {kept.reasons}")
+        run, record = _execute(
+            path, given, root=root, cache=cache, python=python, code=kept.code
+        )
+        if _identify(run) != kept.code:
+            words = "its code was edited while the book was built: build it again"
+            raise ChapterError(path.stem, words, record.seconds, run)
+        run["metadata"]["record"] = asdict(record)
+        if not complaints(run):
+            write_notebook(run, kept.file)
+    done = with_outputs(kept.chapter, run)
+    if cell := without_picture(done):
+        words = f"{cell}: it has alternative text, but no picture"
+        raise ChapterError(path.stem, words, record.seconds, done)
+    return Chapter(path.stem, done, record, given, kept.reasons)
 
 
 def _execute(
-    path: Path, given: Mapping[str, Any], *, root: Path, python: "_Warm", code: str
+    path: Path,
+    given: Mapping[str, Any],
+    *,
+    root: Path,
+    cache: Path,
+    python: Sequence[str],
+    code: str,
 ) -> tuple[Notebook, Record]:
     """Run a chapter by papermill in a kernel of this very interpreter."""
-    cache = python.cache
     cache.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix="run-", dir=cache.resolve()) as folder:
         start = time.perf_counter()
@@ -284,7 +258,7 @@ def _execute(
         spec = Path(folder, "kernels", "python3", "kernel.json")
         spec.parent.mkdir(parents=True)
         watched = (root.resolve(), _KERNEL.parents[1])
-        launch = [*python.command(), *map(str, (_KERNEL, log, *watched))]
+        launch = [*python, *map(str, (_KERNEL, log, *watched))]
         launch += ["-f", "{connection_file}"]
         kernel_spec = {"argv": launch, "display_name": "Python 3"}
         spec.write_text(json.dumps(kernel_spec), "utf-8")
@@ -296,7 +270,7 @@ def _execute(
             "papermill.cli:papermill",
             arguments,
             cache=cache,
-            python=python.command(),
+            python=python,
             JUPYTER_PATH=folder,
             IPYTHONDIR=folder,
         )
@@ -379,128 +353,3 @@ def _sha256(content: Any) -> str:
 def _distributions() -> Mapping[str, list[str]]:
     """Return which distributions each package is of."""
     return metadata.packages_distributions()
-
-
-# Processes, and their environment
-
-
-class _Warm:
-    """A Python that has loaded what chapters import, from the first that asks for it.
-
-    Without pidfds, which only Linux has, it is an ordinary Python.
-    """
-
-    def __init__(self, root: Path, cache: Path) -> None:
-        self.root, self.cache = root, cache
-        self._lock, self._open = threading.Lock(), ExitStack()
-        self._command: list[str] = []
-
-    def __enter__(self) -> "_Warm":
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self._open.close()
-
-    def command(self) -> list[str]:
-        """Return what a command begins with, before the script and its arguments."""
-        with self._lock:
-            if not self._command:
-                self._command = [sys.executable]
-                if hasattr(os, "pidfd_open"):
-                    address = self._open.enter_context(self._serving())
-                    self._command += ["-IS", str(_WARM), "ask", address]
-            return self._command
-
-    def _loads(self) -> list[str]:
-        """Name the modules that are loaded once: the tools', and the repository's."""
-        file = self.root / "pyproject.toml"
-        settings = tomllib.loads(file.read_text("utf-8")) if file.is_file() else {}
-        return [*_LOADS, *settings.get("tool", {}).get("press", {}).get("loads", ())]
-
-    @contextmanager
-    def _serving(self) -> Iterator[str]:
-        """Have a process load and wait; give its address."""
-        with tempfile.TemporaryDirectory() as folder:
-            address = str(Path(folder, "socket"))
-            command = [sys.executable, str(_WARM), "serve", address, *self._loads()]
-            with subprocess.Popen(
-                command,
-                cwd=folder,
-                env=environment(self.cache),
-                stdin=subprocess.PIPE,  # closed at the end, whatever happens
-                stdout=subprocess.PIPE,
-                start_new_session=True,  # Ctrl-C goes to those who ask
-            ) as process:
-                if not (process.stdout and process.stdout.readline()):
-                    raise BookError("the process that runs chapters did not start")
-                yield address
-
-
-def run_tool(
-    name: str,
-    arguments: Sequence[str | Path],
-    *,
-    cache: Path,
-    python: Sequence[str] = (sys.executable,),
-    **variables: str,
-) -> subprocess.CompletedProcess[str]:
-    """Run a Python command-line tool, "module:function", in a process of its own.
-
-    Its environment is the chosen one, and the variables given besides.
-    """
-    return subprocess.run(
-        [*python, str(_TOOL), name, *map(str, arguments)],
-        env=environment(cache) | variables,
-        capture_output=True,
-        encoding="utf-8",
-        errors="replace",
-        check=False,
-    )
-
-
-def chosen() -> dict[str, str]:
-    """Return what outputs may depend on: chosen, or the processor's switches.
-
-    >>> chosen()["TZ"]
-    'UTC'
-    """
-    return _CHOSEN | _inherited(_SWITCHES)
-
-
-def environment(cache: Path) -> dict[str, str]:
-    """Return every variable of a process that takes part in making the book.
-
-    The cache gets a folder `home`, unless it has one; with Matplotlib's list of fonts,
-    which would else be made, and told of, in chapters, and with its settings: names in
-    SVG do not change from run to run.
-    """
-    home = cache.resolve() / "home"
-    settings = home / f"settings-{metadata.version('matplotlib')}"
-    own = {"HOME": str(home), "MPLCONFIGDIR": str(settings), "TMPDIR": _scratch(home)}
-    given = _inherited(_MACHINE) | chosen() | own
-    if not settings.exists():
-        home.mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryDirectory(dir=home) as new:
-            Path(new, "matplotlibrc").write_text(_MATPLOTLIBRC, encoding="utf-8")
-            subprocess.run(
-                [sys.executable, "-c", "import matplotlib.font_manager"],
-                env=given | {"MPLCONFIGDIR": new},
-                capture_output=True,
-                check=True,
-            )
-            with suppress(OSError):  # another process was faster
-                Path(new).rename(settings)
-    return given
-
-
-def _inherited(names: tuple[str, ...]) -> dict[str, str]:
-    """Return those variables of this process that are set."""
-    return {name: os.environ[name] for name in names if name in os.environ}
-
-
-def _scratch(home: Path) -> str:
-    """Name a folder for temporary files: the system's, if one may write there."""
-    try:
-        return tempfile.gettempdir()
-    except FileNotFoundError:
-        return str(home)

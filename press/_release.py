@@ -22,7 +22,7 @@ from urllib.parse import unquote
 import yaml
 
 from press._book import IN_USE, build_book, page_names, pages, read_toc
-from press._chapters import BookError, environment
+from press._chapters import BookError
 from press._edition import (
     ARCHIVAL,
     find_edition,
@@ -33,6 +33,7 @@ from press._edition import (
 from press._files import locked
 from press._kernel import is_aside
 from press._pages import SECONDS_JS, Subject
+from press._processes import environment
 
 T = TypeVar("T")
 

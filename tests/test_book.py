@@ -27,7 +27,7 @@ from press import (
     release_book,
 )
 from press._book import substitutions
-from press._chapters import Record, environment, find_changed, run_chapters, version_of
+from press._chapters import Record, find_changed, run_chapters, version_of
 from press._notebook import (
     code_cells,
     read_notebook,
@@ -37,6 +37,7 @@ from press._notebook import (
     write_notebook,
 )
 from press._pages import find_pictures, gallery_markdown
+from press._processes import environment
 from press._release import MAY_DIFFER, differences, one_page, pack, without_dates
 
 ROOT = Path(__file__).parents[1]

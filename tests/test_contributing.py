@@ -255,7 +255,7 @@ printf '%s\\n' "$JUPYTER_PATH" "$JUPYTER_PREFER_ENV_PATH" "$@" >"$TOLD"
 
 
 def test_lab_is_asked_for_the_repository_and_for_its_own_kernel(tmp_path):
-    """The kernel that it then has, see tests/slow."""
+    """What it then does, see tests/browser."""
     root = lay_out(tmp_path)
     python = root / ".venv" / "bin" / "python"
     python.parent.mkdir(parents=True)

@@ -15,7 +15,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from press import _chapters
-from press._chapters import Record, chosen, environment, read_log, read_record
+from press._chapters import Record, read_log, read_record
+from press._processes import chosen, environment
 
 # What the machine may need, and so is handed on.
 KEPT = ("PATH", "LD_LIBRARY_PATH", "OPENBLAS_CORETYPE", "OPENBLAS_L2_SIZE")

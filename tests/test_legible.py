@@ -9,24 +9,15 @@ off.
 
 import importlib
 import inspect
-import os
 from pathlib import Path
 
 import pytest
 from figures import FIGURES
 from matplotlib.text import Text
+from some import some
 
-from press._edition import find_edition
-from press._release import pick_some
-
-ROOT = Path(__file__).parents[1]
-PLOTS = ROOT / "msc" / "plots"
+PLOTS = Path(__file__).parents[1] / "msc" / "plots"
 WIDEST, SMALLEST = 7.0, 7.0  # inches, points
-
-# Half of them by the commit, or with EVERY=1 all.
-SOME = pick_some([*FIGURES], find_edition(ROOT).commit, every=2)
-if "EVERY" in os.environ:
-    SOME = [*FIGURES]
 
 
 def test_every_figure_of_the_package_is_here():
@@ -65,7 +56,7 @@ def hidden_labels(axes):
     return hidden
 
 
-@pytest.mark.parametrize("plot", SOME, ids=lambda plot: plot.__name__)
+@pytest.mark.parametrize("plot", some(FIGURES, every=2), ids=lambda plot: plot.__name__)
 def test_a_figure_fits_its_text_is_large_enough_and_whole(plot):
     figure = FIGURES[plot]()
     width, height = figure.get_size_inches()

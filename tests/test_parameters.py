@@ -18,7 +18,7 @@ from settings import CHAPTERS, DECLARED, ONCE_DIED, draw_settings
 from msc.cli import main
 from press import BookError, check_parameters, expect
 from press import _book as book
-from press._chapters import Chapter, Record, environment, run_chapters, run_tool
+from press._chapters import Chapter, Record, run_chapters
 from press._notebook import (
     code_cells,
     read_notebook,
@@ -29,6 +29,7 @@ from press._notebook import (
 )
 from press._pages import parameters_markdown
 from press._parameters import WORDS, Parameter, check, declared, resolve
+from press._processes import environment, run_tool
 
 ROOT = Path(__file__).parents[1]
 CACHE = ROOT / "_build" / "cache"

@@ -8,7 +8,7 @@ import time
 
 import pytest
 
-from press._chapters import _WARM
+from press._processes import _WARM
 
 SCRIPT = """
 import json, os, sys
